@@ -1,0 +1,249 @@
+"""Everything that can be set: frozen dataclasses, validated across fields, strict about unknown keys."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+import typing
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeVar
+
+from pedcross_env.contracts import MODALITIES, Modality
+from pedcross_env.errors import ConfigError, unknown_name
+
+__all__ = [
+    "CameraConfig", "DvsConfig", "EgoConfig", "EnvConfig", "LabelConfig", "RewardConfig", "RgbConfig",
+    "TrafficConfig", "WorldConfig", "from_mapping", "require",
+]  # fmt: skip
+
+T = TypeVar("T")
+
+
+def require(condition: bool, name: str, value: object, allowed: str) -> None:
+    """Raise ConfigError naming the setting, its value and what is allowed, unless ``condition`` holds."""
+    if not condition:
+        raise ConfigError(f"{name} = {value!r} is not allowed: it must be {allowed}.")
+
+
+def _nested_dataclass(annotation: Any) -> type | None:
+    candidates = typing.get_args(annotation) if isinstance(annotation, types.UnionType) else (annotation,)
+    return next((c for c in candidates if dataclasses.is_dataclass(c) and isinstance(c, type)), None)
+
+
+def from_mapping(cls: type[T], values: Mapping[str, Any]) -> T:
+    """Build the config ``cls`` from a (nested) mapping.
+
+    Args:
+        cls: A dataclass of this package.
+        values: Field names to values; nested dataclasses may be mappings; lists become tuples.
+
+    Raises:
+        ConfigError: For an unknown key (names the nearest one), or a value that ``cls`` refuses.
+    """
+    hints = typing.get_type_hints(cls)
+    known = {f.name: hints[f.name] for f in dataclasses.fields(cls) if f.init}  # type: ignore[arg-type]
+    arguments: dict[str, Any] = {}
+    for key, value in values.items():
+        if key not in known:
+            raise unknown_name(f"key for {cls.__name__}", key, known)
+        nested = _nested_dataclass(known[key])
+        if nested is not None and isinstance(value, Mapping):
+            value = from_mapping(nested, value)
+        arguments[key] = tuple(value) if isinstance(value, list) else value
+    try:
+        return cls(**arguments)
+    except TypeError as error:
+        raise ConfigError(f"{cls.__name__}: {error}") from error
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraConfig:
+    """A pinhole camera on the ego, at the mirror by default.
+
+    60 degrees is common for forward AEB cameras; CARLA's own default is 90.
+    """
+
+    width_px: int = 450
+    height_px: int = 256
+    horizontal_fov_deg: float = 60.0
+    mount_x_m: float = 0.3  # ahead of the ego's centre
+    mount_z_m: float = 1.35  # above the ground
+    pitch_deg: float = 0.0  # nose down positive
+
+    def __post_init__(self) -> None:
+        require(16 <= self.width_px <= 4096, "width_px", self.width_px, "16 to 4096")
+        require(16 <= self.height_px <= 4096, "height_px", self.height_px, "16 to 4096")
+        require(10 <= self.horizontal_fov_deg <= 150, "horizontal_fov_deg", self.horizontal_fov_deg, "10 to 150")
+        require(0.2 <= self.mount_z_m <= 5, "mount_z_m", self.mount_z_m, "0.2 to 5")
+        require(-45 <= self.pitch_deg <= 45, "pitch_deg", self.pitch_deg, "-45 to 45")
+
+    @property
+    def focal_px(self) -> float:
+        """Focal length in pixels (square pixels)."""
+        return 0.5 * self.width_px / math.tan(math.radians(self.horizontal_fov_deg) / 2)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RgbConfig:
+    """Exposure, noise and quantisation of the RGB camera."""
+
+    exposure: Literal["auto", "fixed"] = "auto"
+    fixed_exposure_lux_s: float = 0.0  # scene luminance (cd/m2) mapped to white if exposure is "fixed"
+    adaptation_s: float = 0.25  # time constant of the automatic exposure
+    full_well_e: float = 9000.0  # electrons at white at base gain
+    max_gain: float = 64.0  # strongest amplification the automatic exposure may use
+    base_white_cd_m2: float = 400.0  # luminance of white at the longest exposure and gain 1
+    read_noise_e: float = 3.0
+    noise: bool = True
+
+    def __post_init__(self) -> None:
+        if self.exposure not in ("auto", "fixed"):
+            raise unknown_name("exposure", self.exposure, ("auto", "fixed"))
+        if self.exposure == "fixed":
+            require(self.fixed_exposure_lux_s > 0, "fixed_exposure_lux_s", self.fixed_exposure_lux_s, "positive")
+        require(self.adaptation_s >= 0, "adaptation_s", self.adaptation_s, "0 (instant) or more")
+        require(self.full_well_e > 0, "full_well_e", self.full_well_e, "positive")
+        require(self.max_gain >= 1, "max_gain", self.max_gain, "1 or more")
+        require(self.read_noise_e >= 0, "read_noise_e", self.read_noise_e, "0 or more")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DvsConfig:
+    """The event camera: CARLA's parameters, and how densely the scene is sampled for it.
+
+    Defaults are those of CARLA's ``sensor.camera.dvs``, the paper's sensor.
+    """
+
+    positive_threshold: float = 0.3
+    negative_threshold: float = 0.3
+    sigma_threshold: float = 0.0  # spread of the thresholds
+    mismatch: Literal["pixel", "carla"] = "pixel"  # fixed per pixel, or CARLA's draw per pixel and frame
+    refractory_ns: int = 0
+    log_floor_cd_m2: float = 0.01  # added to the radiance before the logarithm: dark current
+    background_rate_hz: float = 0.1  # spurious events per pixel and second, both polarities together
+    max_flow_px: float = 1.0  # image motion allowed between two renders
+    max_subframes: int | None = 10  # per policy step; None: no cap
+
+    def __post_init__(self) -> None:
+        for name in ("positive_threshold", "negative_threshold"):
+            require(getattr(self, name) >= 0.01, name, getattr(self, name), "0.01 or more")
+        require(self.sigma_threshold >= 0, "sigma_threshold", self.sigma_threshold, "0 or more")
+        if self.mismatch not in ("pixel", "carla"):
+            raise unknown_name("mismatch", self.mismatch, ("pixel", "carla"))
+        require(self.refractory_ns >= 0, "refractory_ns", self.refractory_ns, "0 or more")
+        require(self.log_floor_cd_m2 > 0, "log_floor_cd_m2", self.log_floor_cd_m2, "positive")
+        require(self.background_rate_hz >= 0, "background_rate_hz", self.background_rate_hz, "0 or more")
+        require(self.max_flow_px > 0, "max_flow_px", self.max_flow_px, "positive")
+        if self.max_subframes is not None:
+            require(self.max_subframes >= 1, "max_subframes", self.max_subframes, "1 or more, or None")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EgoConfig:
+    """The ego car's size and its longitudinal actuator.
+
+    A demand takes effect after ``latency_s`` and then changes at most at ``jerk_mps3``;
+    braking ends at friction * g and at standstill.
+    """
+
+    length_m: float = 4.5
+    width_m: float = 1.8
+    height_m: float = 1.5
+    max_acceleration_mps2: float = 3.0  # at action +1
+    max_deceleration_mps2: float = 9.0  # at action -1
+    latency_s: float = 0.15
+    jerk_mps3: float = 30.0
+
+    def __post_init__(self) -> None:
+        for name in ("length_m", "width_m", "height_m", "max_acceleration_mps2", "max_deceleration_mps2", "jerk_mps3"):
+            require(getattr(self, name) > 0, name, getattr(self, name), "positive")
+        require(0 <= self.latency_s <= 2, "latency_s", self.latency_s, "0 to 2")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorldConfig:
+    """Clock rates."""
+
+    policy_hz: int = 30
+    tick_hz: int = 120
+
+    def __post_init__(self) -> None:
+        require(self.policy_hz > 0, "policy_hz", self.policy_hz, "positive")
+        require(
+            self.tick_hz >= self.policy_hz and self.tick_hz % self.policy_hz == 0,
+            "tick_hz", self.tick_hz, f"a multiple of policy_hz ({self.policy_hz}), e.g. {4 * self.policy_hz}",
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrafficConfig:
+    """What random crossings are drawn from; see scenario.sampler for the distributions."""
+
+    crossing_share: float = 0.5  # of episodes in which somebody crosses the ego's path
+    duration_s: float = 10.0
+    ego_speed_mps: tuple[float, float] = (5.6, 13.9)  # 20-50 km/h
+    max_bystanders: int = 4
+    max_oncoming: int = 2
+    parked_share: float = 0.5  # of parking bays that are taken
+
+    def __post_init__(self) -> None:
+        require(0 <= self.crossing_share <= 1, "crossing_share", self.crossing_share, "0 to 1")
+        require(1 <= self.duration_s <= 120, "duration_s", self.duration_s, "1 to 120")
+        low, high = self.ego_speed_mps
+        require(0 < low <= high <= 40, "ego_speed_mps", self.ego_speed_mps, "(low, high) with 0 < low <= high <= 40")
+        require(self.max_bystanders >= 0, "max_bystanders", self.max_bystanders, "0 or more")
+        require(self.max_oncoming >= 0, "max_oncoming", self.max_oncoming, "0 or more")
+        require(0 <= self.parked_share <= 1, "parked_share", self.parked_share, "0 to 1")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LabelConfig:
+    """When a frame counts as positive, and when holding the speed counts as a conflict."""
+
+    range_m: float = 60.0  # crossings farther ahead than this are not labelled
+    conflict_horizon_s: float = 4.0
+    conflict_margin_m: float = 0.3  # added around the ego
+
+    def __post_init__(self) -> None:
+        for name in ("range_m", "conflict_horizon_s"):
+            require(getattr(self, name) > 0, name, getattr(self, name), "positive")
+        require(self.conflict_margin_m >= 0, "conflict_margin_m", self.conflict_margin_m, "0 or more")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RewardConfig:
+    """Weights of the reward's terms: reward = progress - collision - discomfort, each documented in env."""
+
+    progress_per_m: float = 0.01
+    collision: float = 5.0
+    collision_per_mps: float = 0.5
+    discomfort_per_mps2: float = 0.002
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EnvConfig:
+    """All settings of the environment."""
+
+    modalities: tuple[Modality, ...] = ("rgb", "dvs")
+    weather: tuple[str, ...] = ("clear",)  # one is drawn per episode
+    return_events: bool = False
+    camera: CameraConfig = field(default_factory=CameraConfig)
+    rgb: RgbConfig = field(default_factory=RgbConfig)
+    dvs: DvsConfig = field(default_factory=DvsConfig)
+    ego: EgoConfig = field(default_factory=EgoConfig)
+    world: WorldConfig = field(default_factory=WorldConfig)
+    traffic: TrafficConfig = field(default_factory=TrafficConfig)
+    label: LabelConfig = field(default_factory=LabelConfig)
+    reward: RewardConfig = field(default_factory=RewardConfig)
+
+    def __post_init__(self) -> None:
+        for modality in self.modalities:
+            if modality not in MODALITIES:
+                raise unknown_name("modality", modality, MODALITIES)
+        require(len(set(self.modalities)) == len(self.modalities), "modalities", self.modalities, "without repeats")
+        require(not isinstance(self.weather, str) and len(self.weather) > 0, "weather", self.weather,
+                "a non-empty tuple of preset names, e.g. ('clear',)")  # fmt: skip
+        require(not self.return_events or "dvs" in self.modalities, "return_events", self.return_events,
+                "False unless modalities contain 'dvs'")  # fmt: skip

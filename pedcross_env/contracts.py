@@ -1,0 +1,143 @@
+"""What the rooms agree on: records, keys and closed sets. No behaviour beyond them.
+
+Axes: x forward along the street, y to the left, z up (ISO 8855), metres, radians; yaw turns from x to y.
+Images are (H, W[, C]), row 0 on top; clips are (T, H, W, C) per clip and (T, N, C, H, W) inside networks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+__all__ = [
+    "ACTOR_DTYPE", "EVENT_DTYPE", "INFO_KEYS", "ActorKind", "Frame", "Modality", "MODALITIES", "Outcome",
+    "Snapshot", "StaticClass",
+]  # fmt: skip
+
+Modality = Literal["rgb", "dvs"]
+MODALITIES: tuple[Modality, ...] = get_args(Modality)
+
+EVENT_DTYPE = np.dtype([("x", "<u2"), ("y", "<u2"), ("t", "<i8"), ("pol", "?")])
+"""One event: column, row, time in nanoseconds, True for ON (CARLA's 13-byte record)."""
+
+
+class ActorKind(IntEnum):
+    """What an actor is."""
+
+    VEHICLE = 1
+    PEDESTRIAN = 2
+
+
+class StaticClass(IntEnum):
+    """Values of the instance image where no actor is seen; actors have their positive id."""
+
+    SKY = 0
+    GROUND = -1
+    BUILDING = -2
+    VEGETATION = -3
+    FURNITURE = -4
+
+
+ACTOR_DTYPE = np.dtype(
+    [
+        ("id", "<i4"),  # positive, unique in the episode; the ego is 1
+        ("kind", "<i4"),  # ActorKind
+        ("model", "<i4"),  # index into VEHICLE_MODELS or PEDESTRIAN_MODELS of pedcross_env.scenario
+        ("seed", "<i8"),  # appearance: colours, clothing
+        ("x", "<f8"),
+        ("y", "<f8"),
+        ("z", "<f8"),  # of the ground under it
+        ("yaw", "<f8"),
+        ("pitch", "<f8"),  # nose down positive
+        ("speed", "<f8"),  # m/s along yaw
+        ("length", "<f8"),
+        ("width", "<f8"),
+        ("height", "<f8"),
+        ("gait_phase", "<f8"),  # walking cycles (two steps) since the start, continuous
+        ("gait_stride", "<f8"),  # length of one cycle, m; 0 = standing
+        ("head_yaw", "<f8"),  # relative to the body
+        ("brake_light", "<f8"),  # 0..1
+        ("headlight", "<f8"),  # 0..1
+    ]
+)
+"""One actor at one moment. (x, y) is the centre of its footprint."""
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """Everything that moves, at one time.
+
+    Attributes:
+        time_s: Time since reset.
+        ego: One ACTOR_DTYPE record (a 0-d structured array).
+        actors: (N,) ACTOR_DTYPE, the others, always in the same order within an episode.
+    """
+
+    time_s: float
+    ego: np.ndarray
+    actors: np.ndarray
+
+
+@dataclass(slots=True)
+class Frame:
+    """What a camera without a sensor would see.
+
+    Attributes:
+        luminance: (H, W) float32, cd/m2.
+        radiance: (3, H, W) float32 linear RGB planes (Rec. 709 primaries) in cd/m2, or None if only
+            luminance was asked for; luminance = 0.2126 R + 0.7152 G + 0.0722 B.
+        depth: (H, W) float32, metres along the optical axis, inf for sky; None for luminance only.
+        instance: (H, W) int32, actor id or StaticClass; None for luminance only.
+        airlight: Luminance of the fog and of the horizon sky, cd/m2 (what rain streaks scatter).
+    """
+
+    luminance: np.ndarray
+    radiance: np.ndarray | None
+    depth: np.ndarray | None
+    instance: np.ndarray | None
+    airlight: float
+
+
+class Outcome(StrEnum):
+    """How an episode stands or ended; a closed set."""
+
+    RUNNING = "running"
+    COLLISION = "collision"
+    PASSED = "passed"  # the ego drove through without contact
+    TIMEOUT = "timeout"  # the clock ran out without contact (the ego stands or creeps)
+
+
+INFO_KEYS: dict[str, type] = {
+    "time_s": float,
+    "episode_seed": int,
+    "scenario": str,
+    "weather": str,
+    "crossing": int,  # the frame's label, 0 or 1
+    "crossing_in_s": float,  # until a pedestrian steps onto the carriageway; 0 while crossing; nan: never
+    "visible_fraction": float,  # of the nearest crossing pedestrian, from instance ids; nan: none or not rendered
+    "conflict": bool,  # holding its speed, the ego would touch a pedestrian within the conflict horizon
+    "ttc_s": float,  # time to that contact; inf without one
+    "distance_m": float,  # from the ego's front to the nearest crossing pedestrian ahead; inf: none
+    "speed_mps": float,
+    "acceleration_mps2": float,
+    "demand_mps2": float,  # what the action asked for
+    "position_m": float,  # of the ego's front along the street
+    "impact_speed_mps": float,  # nan without collision
+    "collided_with": int,  # actor id, 0: none
+    "outcome": str,  # Outcome
+    "subframes": int,  # luminance renders of this step
+    "flow_px": float,  # bound on image motion between two of them; nan without dvs
+}
+"""Keys and types of every step's info. ``events`` (EVENT_DTYPE array) is added where asked for."""
+
+
+def check_info(info: dict[str, Any]) -> None:
+    """Raise ValueError where ``info`` lacks a key or holds another type than INFO_KEYS says."""
+    for key, kind in INFO_KEYS.items():
+        if key not in info:
+            raise ValueError(f"info lacks {key!r}; required: {', '.join(INFO_KEYS)}")
+        if not isinstance(info[key], kind):
+            raise ValueError(f"info[{key!r}] is {info[key]!r}, expected {kind.__name__}")

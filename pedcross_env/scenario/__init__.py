@@ -1,0 +1,16 @@
+"""What happens: the street, who moves in it and when."""
+
+from pedcross_env.scenario.scenario import (
+    PEDESTRIAN_MODELS,
+    VEHICLE_MODELS,
+    Leg,
+    PedestrianSpec,
+    Scenario,
+    VehicleSpec,
+)
+from pedcross_env.scenario.street import Crosswalk, StreetSpec
+
+__all__ = [
+    "PEDESTRIAN_MODELS", "VEHICLE_MODELS", "Crosswalk", "Leg", "PedestrianSpec", "Scenario", "StreetSpec",
+    "VehicleSpec",
+]  # fmt: skip

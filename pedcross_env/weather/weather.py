@@ -1,0 +1,66 @@
+"""Weather as physical quantities. Presets and CARLA's parameters are mapped to these in sibling modules."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pedcross_env.config import require
+
+__all__ = ["Weather"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Weather:
+    """The state of air, sky and road, in physical units.
+
+    Attributes:
+        name: For tables.
+        visibility_m: Meteorological optical range of the fog alone (5 % contrast), inf without fog.
+        rain_mm_h: Rain rate.
+        snow_mm_h: Snow rate, water equivalent.
+        water_film_mm: Water on the road; 0 is dry.
+        wetness: 0..1, how dark and glossy the road's surface is.
+        cloudiness: 0..1, covered share of the sky.
+        wind_mps: Wind along +y.
+        sun_altitude_deg: -90..90; below -6 it is night.
+        sun_azimuth_deg: Direction to the sun, from +x towards +y.
+        street_lamps: Whether street lamps are lit.
+        headlights: Whether cars, the ego too, have their low beams on.
+        friction: Highest braking deceleration over g.
+    """
+
+    name: str = "custom"
+    visibility_m: float = math.inf
+    rain_mm_h: float = 0.0
+    snow_mm_h: float = 0.0
+    water_film_mm: float = 0.0
+    wetness: float = 0.0
+    cloudiness: float = 0.05
+    wind_mps: float = 1.0
+    sun_altitude_deg: float = 45.0
+    sun_azimuth_deg: float = 60.0
+    street_lamps: bool = False
+    headlights: bool = False
+    friction: float = 0.85
+
+    def __post_init__(self) -> None:
+        require(self.visibility_m >= 5, "visibility_m", self.visibility_m, "5 or more (inf: no fog)")
+        require(0 <= self.rain_mm_h <= 300, "rain_mm_h", self.rain_mm_h, "0 to 300")
+        require(0 <= self.snow_mm_h <= 50, "snow_mm_h", self.snow_mm_h, "0 to 50")
+        require(0 <= self.water_film_mm <= 20, "water_film_mm", self.water_film_mm, "0 to 20")
+        require(0 <= self.wetness <= 1, "wetness", self.wetness, "0 to 1")
+        require(0 <= self.cloudiness <= 1, "cloudiness", self.cloudiness, "0 to 1")
+        require(abs(self.wind_mps) <= 60, "wind_mps", self.wind_mps, "-60 to 60")
+        require(-90 <= self.sun_altitude_deg <= 90, "sun_altitude_deg", self.sun_altitude_deg, "-90 to 90")
+        require(0.03 <= self.friction <= 1.2, "friction", self.friction, "0.03 to 1.2")
+
+    @property
+    def night(self) -> bool:
+        """Whether the sun is more than 6 degrees below the horizon (end of civil twilight)."""
+        return self.sun_altitude_deg < -6
+
+    @property
+    def extinction_per_m(self) -> float:
+        """Extinction of fog (3.0 / visibility at 5 % contrast) and rain (0.312 R^0.67 per km) together."""
+        return 3.0 / self.visibility_m + 0.312e-3 * self.rain_mm_h**0.67
