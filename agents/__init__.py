@@ -1,0 +1,11 @@
+"""Observation and p(crossing) in, action out.
+
+``policy`` holds the protocol, ``aeb`` the braking logic that every detector shares, ``controls`` the
+reference sources of p(crossing) that need no network.
+"""
+
+from agents.aeb import AebConfig, AebPolicy, AebState
+from agents.controls import CONTROLS, ControlDetector, make_control
+from agents.policy import Policy
+
+__all__ = ["CONTROLS", "AebConfig", "AebPolicy", "AebState", "ControlDetector", "Policy", "make_control"]
