@@ -1,0 +1,240 @@
+"""The Gymnasium environment: a street, a crossing, weather, two cameras and a brake."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from pedcross_env.birds_eye import draw_birds_eye
+from pedcross_env.config import EnvConfig, from_mapping
+from pedcross_env.contracts import Outcome
+from pedcross_env.errors import ConfigError, unknown_name
+from pedcross_env.scenario import Scenario
+from pedcross_env.scenario.sampler import sample_crossing
+from pedcross_env.vision import Sight, Vision
+from pedcross_env.weather import Weather, weather_by_name
+from pedcross_env.world import World
+
+__all__ = ["CrossingEnv"]
+
+View = Literal["driver", "birds_eye"]
+VIEWS: tuple[View, ...] = ("driver", "birds_eye")
+OPTIONS = ("scenario", "weather")
+
+
+class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
+    """Drive towards a place where somebody may cross, and brake.
+
+    Observation, a flat Dict with the modalities asked for:
+        rgb: (H, W, 3) uint8.
+        dvs: (H, W, 2) uint8, ON and OFF events per pixel since the last step, clipped at 255.
+        ego: (3,) float32: speed in m/s, acceleration in m/s2, brake pressure 0..1.
+
+    Action, Box(-1, 1, (1,)): demanded longitudinal acceleration; -1 is the strongest braking, 0 holds the
+    speed, +1 the strongest acceleration. Latency, build-up and the road's friction act on it.
+
+    Reward: progress_per_m for each metre driven, minus collision + collision_per_mps * impact speed at a
+    contact, minus discomfort_per_mps2 * |acceleration| (weights in RewardConfig).
+
+    Terminated by a collision or by passing the finish; truncated when the scenario's time is over.
+    ``info`` has the keys of ``pedcross_env.contracts.INFO_KEYS`` on every step.
+
+    Seeding: ``reset(seed=s)`` plays episode ``s``, bit for bit, in any process; ``reset()`` draws a new
+    episode, whose ``info["episode_seed"]`` replays it. Scene, behaviour, weather and sensor noise have
+    streams of their own, so the same seed in another weather is the same crossing.
+
+    Options of ``reset``: ``weather`` (a preset's name or a Weather) and ``scenario`` (a Scenario), for this
+    episode alone.
+
+    Args:
+        config: An EnvConfig, or a nested mapping of its fields.
+        render_mode: None or "rgb_array".
+        view: What ``render`` shows: the driver's view, or the scene from above.
+
+    Raises:
+        ConfigError: For an unknown key, name or option, or a value out of range; names the nearest.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012 - Gymnasium's interface
+
+    def __init__(
+        self,
+        config: EnvConfig | Mapping[str, Any] | None = None,
+        *,
+        render_mode: str | None = None,
+        view: View = "driver",
+    ) -> None:
+        if not isinstance(config, EnvConfig):
+            config = from_mapping(EnvConfig, config or {})
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            raise unknown_name("render_mode", render_mode, self.metadata["render_modes"])
+        if view not in VIEWS:
+            raise unknown_name("view", view, VIEWS)
+        self.config = config
+        self.render_mode = render_mode
+        self._view = view
+        self._presets = [weather_by_name(name) for name in config.weather]
+        self._vision: Vision | None = Vision(config) if config.modalities else None
+        self._world: World | None = None
+        self.observation_space = _observation_space(config)
+        self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
+
+    @property
+    def world(self) -> World:
+        """The world of the running episode.
+
+        Raises:
+            ConfigError: Before the first reset.
+        """
+        if self._world is None:
+            raise ConfigError("the environment has no episode yet: call reset() first.")
+        return self._world
+
+    @property
+    def sight(self) -> Sight | None:
+        """What the sensors last delivered, with depth and instance ids where RGB was rendered."""
+        return self._sight
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Begin an episode; see the class for seeding and options."""
+        super().reset(seed=seed)
+        options = options or {}
+        for key in options:
+            if key not in OPTIONS:
+                raise unknown_name("reset option", key, OPTIONS)
+        self._episode_seed = int(self.np_random.integers(2**31)) if seed is None else int(seed)
+        # One child per stream: what one of them draws never shifts another.
+        weather_stream, rain_stream, sensor_stream = np.random.SeedSequence(self._episode_seed, spawn_key=(7,)).spawn(3)
+        self.weather = self._choose_weather(options.get("weather"), np.random.default_rng(weather_stream))
+        scenario = options.get("scenario")
+        if scenario is None:
+            scenario = sample_crossing(self._episode_seed, self.config.traffic, self.config.ego)
+        elif not isinstance(scenario, Scenario):
+            raise ConfigError(f"reset option 'scenario' is a {type(scenario).__name__}; allowed: a pedcross_env.scenario.Scenario.")
+        self._world = World(
+            scenario,
+            ego=self.config.ego,
+            world=self.config.world,
+            label=self.config.label,
+            friction=self.weather.friction,
+            camera=self.config.camera,
+        )
+        self._seeds = (_seed_of(rain_stream), _seed_of(sensor_stream))
+        self._sight = self._open_eyes(self._vision)
+        return self._observation(), self._info()
+
+    def step(self, action: np.ndarray) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+        """Drive one policy step (1/30 s by default)."""
+        demand = float(np.clip(np.asarray(action, dtype=np.float64).reshape(-1)[0], -1.0, 1.0))
+        if math.isnan(demand):
+            raise ConfigError("action is nan; allowed: numbers from -1 (full braking) to 1.")
+        ego = self.config.ego
+        demand *= ego.max_acceleration_mps2 if demand > 0 else ego.max_deceleration_mps2
+        world = self.world
+        start_s, start_m = world.time_s, world.ego.front_x_m
+        world.step(demand)
+        if self._vision is not None:
+            self._sight = self._vision.look(start_s, world.time_s)
+        outcome = world.outcome
+        reward = self._reward(world.ego.front_x_m - start_m)
+        terminated = outcome in (Outcome.COLLISION, Outcome.PASSED)
+        return self._observation(), reward, terminated, outcome is Outcome.TIMEOUT, self._info()
+
+    def render(self) -> np.ndarray | None:  # type: ignore[override]
+        """Return the view chosen at construction, (H, W, 3) uint8, or None without a render mode."""
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() without a render mode; make the environment with render_mode='rgb_array'.")
+            return None
+        return self.birds_eye() if self._view == "birds_eye" else self.driver_view()
+
+    def driver_view(self) -> np.ndarray:
+        """What the ego's camera sees, (H, W, 3) uint8, whatever the modalities."""
+        if self._sight is not None and self._sight.rgb is not None:
+            return self._sight.rgb
+        if self._vision is None:
+            vision = Vision(self.config)
+            self._open_eyes(vision)
+        else:
+            vision = self._vision
+        return vision.expose_once(self.world.time_s)
+
+    def birds_eye(self) -> np.ndarray:
+        """The scene from above, (H, W, 3) uint8, the ego driving upwards."""
+        world = self.world
+        return draw_birds_eye(world.scenario, world.snapshot(world.time_s))
+
+    def _open_eyes(self, vision: Vision | None) -> Sight | None:
+        if vision is None:
+            return None
+        rain_seed, sensor_seed = self._seeds
+        return vision.reset(self.world, self.weather, weather_seed=rain_seed, sensor_seed=sensor_seed)
+
+    def _choose_weather(self, asked: object, rng: np.random.Generator) -> Weather:
+        drawn = self._presets[int(rng.integers(len(self._presets)))]
+        if asked is None:
+            return drawn
+        if isinstance(asked, Weather):
+            return asked
+        return weather_by_name(str(asked))
+
+    def _reward(self, driven_m: float) -> float:
+        weights, world = self.config.reward, self.world
+        reward = weights.progress_per_m * driven_m
+        reward -= weights.discomfort_per_mps2 * abs(world.ego.acceleration_mps2)
+        if world.outcome is Outcome.COLLISION:
+            reward -= weights.collision + weights.collision_per_mps * world.impact_speed_mps
+        return float(reward)
+
+    def _observation(self) -> dict[str, np.ndarray]:
+        ego = self.world.ego
+        observation = {"ego": np.array([ego.speed_mps, ego.acceleration_mps2, ego.brake], np.float32)}
+        sight = self._sight
+        if sight is not None and sight.rgb is not None:
+            observation["rgb"] = sight.rgb
+        if sight is not None and sight.counts is not None:
+            observation["dvs"] = sight.counts
+        return observation
+
+    def _info(self) -> dict[str, Any]:
+        sight = self._sight
+        info: dict[str, Any] = {
+            **self.world.facts(),
+            "episode_seed": self._episode_seed,
+            "scenario": self.world.scenario.name,
+            "weather": self.weather.name,
+            "visible_fraction": self._visible_fraction(),
+            "subframes": sight.subframes if sight is not None else 0,
+            "flow_px": sight.flow_px if sight is not None else math.nan,
+        }
+        if self.config.return_events and sight is not None:
+            info["events"] = sight.events
+        return info
+
+    def _visible_fraction(self) -> float:
+        crossing = self.world.crossing_ids()
+        if not crossing or self._vision is None or self._sight is None or self._sight.frame is None:
+            return math.nan
+        return self._vision.visible_fraction(crossing[0], self._sight.frame)
+
+
+def _seed_of(stream: np.random.SeedSequence) -> int:
+    return int(stream.generate_state(1, np.uint32)[0])
+
+
+def _observation_space(config: EnvConfig) -> spaces.Dict:
+    height, width = config.camera.height_px, config.camera.width_px
+    low = np.array([0.0, -30.0, 0.0], np.float32)
+    high = np.array([60.0, 30.0, 1.0], np.float32)
+    members: dict[str, spaces.Space[Any]] = {"ego": spaces.Box(low, high, dtype=np.float32)}
+    if "rgb" in config.modalities:
+        members["rgb"] = spaces.Box(0, 255, (height, width, 3), np.uint8)
+    if "dvs" in config.modalities:
+        members["dvs"] = spaces.Box(0, 255, (height, width, 2), np.uint8)
+    return spaces.Dict(members)
