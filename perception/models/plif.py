@@ -1,0 +1,77 @@
+"""The paper's neuron: SpikingJelly's parametric LIF, with the time loop of a whole clip fused.
+
+SpikingJelly's eager loop records some ten tensors per time step for the backward pass; here the
+membrane before the reset is enough, since everything else follows from it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import torch
+from spikingjelly.activation_based import neuron, surrogate
+
+__all__ = ["PLIF"]
+
+
+class _PlifSequence(torch.autograd.Function):
+    """h[t] = v + s (x[t] - v), spike = h >= threshold, v = h (1 - spike), with s = sigmoid(w) = 1 / tau."""
+
+    @staticmethod
+    def forward(
+        ctx: Any, x: torch.Tensor, v0: torch.Tensor, w: torch.Tensor, threshold: float, alpha: float
+    ) -> tuple[torch.Tensor, torch.Tensor]:
+        rate = float(torch.sigmoid(w))
+        membrane = torch.empty_like(x, dtype=torch.float32)
+        spikes = torch.empty_like(x)
+        v = v0
+        for t in range(x.shape[0]):
+            h = torch.lerp(v, x[t].float(), rate, out=membrane[t])
+            spikes[t] = h >= threshold
+            v = h.masked_fill(h >= threshold, 0.0)
+        ctx.save_for_backward(membrane, v0, w)
+        ctx.threshold, ctx.alpha, ctx.dtype = threshold, alpha, x.dtype
+        return spikes, v
+
+    @staticmethod
+    def backward(ctx: Any, *grads: torch.Tensor) -> tuple[torch.Tensor | None, ...]:
+        grad_spikes, grad_v = grads
+        membrane, v0, w = ctx.saved_tensors
+        s = torch.sigmoid(w)
+        rate = float(s)
+        grad_x = torch.empty_like(membrane)
+        grad_w = torch.zeros_like(w)
+        for t in range(membrane.shape[0] - 1, -1, -1):
+            h = membrane[t]
+            previous = v0 if t == 0 else membrane[t - 1].masked_fill(membrane[t - 1] >= ctx.threshold, 0.0)
+            slope = torch.sigmoid(ctx.alpha * (h - ctx.threshold))
+            slope = ctx.alpha * slope * (1 - slope)
+            # The reset is not detached: the spike also acts through v = h (1 - spike).
+            grad_h = (grad_spikes[t] - grad_v * h) * slope
+            grad_h += grad_v.masked_fill(h >= ctx.threshold, 0.0)
+            grad_w += torch.sum(grad_h * (h - previous)) / rate
+            torch.mul(grad_h, rate, out=grad_x[t])
+            grad_v = grad_h * (1 - rate)
+        return grad_x.to(ctx.dtype), grad_v, grad_w * s * (1 - s), None, None
+
+
+class PLIF(neuron.ParametricLIFNode):
+    """Parametric leaky integrate-and-fire (Fang et al. 2021) as the paper sets it.
+
+    tau 2 at the start and learnable (one per layer), decaying input, threshold 1, hard reset to 0,
+    sigmoid surrogate of slope 4, reset not detached; multi-step on (T, N, ...).
+    """
+
+    def __init__(self) -> None:
+        super().__init__(
+            init_tau=2.0, decay_input=True, v_threshold=1.0, v_reset=0.0,
+            surrogate_function=surrogate.Sigmoid(alpha=4.0), detach_reset=False, step_mode="m",
+        )  # fmt: skip
+
+    def multi_step_forward(self, x_seq: torch.Tensor) -> torch.Tensor:
+        """Map currents (T, N, ...) to spikes of the same shape and dtype; the membrane stays in ``v``."""
+        v0 = self.v if isinstance(self.v, torch.Tensor) else torch.zeros_like(x_seq[0], dtype=torch.float32)
+        spikes, self.v = _PlifSequence.apply(
+            x_seq, v0, self.w, self.v_threshold, self.surrogate_function.alpha
+        )
+        return spikes
