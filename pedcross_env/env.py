@@ -124,7 +124,9 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
             world=self.config.world,
             label=self.config.label,
             friction=self.weather.friction,
-            camera=self.config.camera,
+            horizontal_fov_deg=self.config.camera.horizontal_fov_deg,
+            mount_x_m=self.config.camera.mount_x_m,
+            headlights=self.weather.headlights,
         )
         self._seeds = (_seed_of(rain_stream), _seed_of(sensor_stream))
         self._sight = self._open_eyes(self._vision)
@@ -138,12 +140,12 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         ego = self.config.ego
         demand *= ego.max_acceleration_mps2 if demand > 0 else ego.max_deceleration_mps2
         world = self.world
-        start_s, start_m = world.time_s, world.ego.front_x_m
+        start_s, start_m = world.time_s, world.ego.front_m
         world.step(demand)
         if self._vision is not None:
             self._sight = self._vision.look(start_s, world.time_s)
         outcome = world.outcome
-        reward = self._reward(world.ego.front_x_m - start_m)
+        reward = self._reward(world.ego.front_m - start_m)
         terminated = outcome in (Outcome.COLLISION, Outcome.PASSED)
         return self._observation(), reward, terminated, outcome is Outcome.TIMEOUT, self._info()
 
