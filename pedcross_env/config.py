@@ -87,26 +87,35 @@ class CameraConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RgbConfig:
-    """Exposure, noise and quantisation of the RGB camera."""
+    """Exposure, noise and quantisation of the RGB camera.
+
+    "White" is the luminance that just fills the 8-bit range. Down to ``base_white_cd_m2`` the shutter sets it;
+    in darker scenes the shutter stays at its longest and amplification makes up for the missing light.
+    """
 
     exposure: Literal["auto", "fixed"] = "auto"
-    fixed_exposure_lux_s: float = 0.0  # scene luminance (cd/m2) mapped to white if exposure is "fixed"
+    fixed_white_cd_m2: float = 0.0  # luminance of white if exposure is "fixed"
     adaptation_s: float = 0.25  # time constant of the automatic exposure
-    full_well_e: float = 9000.0  # electrons at white at base gain
-    max_gain: float = 64.0  # strongest amplification the automatic exposure may use
+    full_well_e: float = 9000.0  # electrons at white at gain 1
+    max_gain: float = 64.0  # strongest amplification
     base_white_cd_m2: float = 400.0  # luminance of white at the longest exposure and gain 1
+    longest_exposure_s: float = 1 / 60
     read_noise_e: float = 3.0
     noise: bool = True
 
     def __post_init__(self) -> None:
         if self.exposure not in ("auto", "fixed"):
             raise unknown_name("exposure", self.exposure, ("auto", "fixed"))
-        if self.exposure == "fixed":
-            require(self.fixed_exposure_lux_s > 0, "fixed_exposure_lux_s", self.fixed_exposure_lux_s, "positive")
-        require(self.adaptation_s >= 0, "adaptation_s", self.adaptation_s, "0 (instant) or more")
+        require(self.adaptation_s >= 0, "adaptation_s", self.adaptation_s, "0 (follows at once) or more")
         require(self.full_well_e > 0, "full_well_e", self.full_well_e, "positive")
         require(self.max_gain >= 1, "max_gain", self.max_gain, "1 or more")
+        require(self.base_white_cd_m2 > 0, "base_white_cd_m2", self.base_white_cd_m2, "positive")
+        require(self.longest_exposure_s > 0, "longest_exposure_s", self.longest_exposure_s, "positive")
         require(self.read_noise_e >= 0, "read_noise_e", self.read_noise_e, "0 or more")
+        if self.exposure == "fixed":
+            darkest = self.base_white_cd_m2 / self.max_gain
+            require(self.fixed_white_cd_m2 >= darkest, "fixed_white_cd_m2", self.fixed_white_cd_m2,
+                    f"base_white_cd_m2 / max_gain ({darkest:g}) or more")  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

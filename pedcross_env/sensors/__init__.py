@@ -1,0 +1,6 @@
+"""Sensors. Each module stands alone, so that reading events loads no kernels.
+
+- rgb: exposure, noise and quantisation of the RGB camera
+- dvs: the event camera
+- events: what is made of events: counts, images
+"""
