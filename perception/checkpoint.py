@@ -69,11 +69,17 @@ class CheckpointConfig:
 
     def __post_init__(self) -> None:
         if self.format_version != FORMAT_VERSION:
-            raise ConfigError(f"format_version = {self.format_version!r}: this version reads {FORMAT_VERSION} only.")
+            raise ConfigError(
+                f"format_version = {self.format_version!r}: this version reads {FORMAT_VERSION} only."
+            )
         if self.modality not in MODALITIES or self.modality != self.preprocess.modality:
-            raise ConfigError(f"modality = {self.modality!r} but the preprocessing is for {self.preprocess.modality!r}.")
+            raise ConfigError(
+                f"modality = {self.modality!r} but the preprocessing is for {self.preprocess.modality!r}."
+            )
         if self.frames < 1 or not 0 <= self.threshold <= 1:
-            raise ConfigError(f"frames = {self.frames!r}, threshold = {self.threshold!r}: must be >= 1 and in [0, 1].")
+            raise ConfigError(
+                f"frames = {self.frames!r}, threshold = {self.threshold!r}: must be >= 1 and in [0, 1]."
+            )
 
 
 def _plain(value: Any) -> Any:
@@ -197,7 +203,9 @@ def load_network(path: str | Path) -> tuple[nn.Module, CheckpointConfig]:
     try:
         network.load_state_dict(tensors)
     except RuntimeError as error:
-        raise DataError(f"{file}: does not fit {config.model} as its config.json describes it: {error}") from error
+        raise DataError(
+            f"{file}: does not fit {config.model} as its config.json describes it: {error}"
+        ) from error
     if not all(bool(torch.isfinite(t).all()) for t in tensors.values()):
         raise DataError(f"{file}: holds weights that are not finite; train again.")
     return network, config
@@ -217,9 +225,13 @@ def load_detector(
     """
     network, config = load_network(path)
     if expect_modality is not None and config.modality != expect_modality:
-        raise DataError(f"{config.name} ({path}) reads {config.modality!r}, but {expect_modality!r} is given.")
+        raise DataError(
+            f"{config.name} ({path}) reads {config.modality!r}, but {expect_modality!r} is given."
+        )
     if expect_frames is not None and config.frames != expect_frames:
-        raise DataError(f"{config.name} ({path}) takes {config.frames} frames, but clips have {expect_frames}.")
+        raise DataError(
+            f"{config.name} ({path}) takes {config.frames} frames, but clips have {expect_frames}."
+        )
     return NetworkDetector(
         network, config.preprocess, name=config.name, frames=config.frames, threshold=config.threshold
     )

@@ -63,11 +63,15 @@ class Preprocess:
             raise unknown_name("modality", self.modality, MODALITIES)
         allowed = _NETWORK_CHANNELS[self.modality]
         if self.channels not in allowed:
-            raise ConfigError(f"channels = {self.channels!r} is not allowed for {self.modality}: one of {allowed}.")
+            raise ConfigError(
+                f"channels = {self.channels!r} is not allowed for {self.modality}: one of {allowed}."
+            )
         if self.resize not in get_args(Resize):
             raise unknown_name("resize", self.resize, get_args(Resize))
         if not (8 <= self.width_px <= 4096 and 8 <= self.height_px <= 4096):
-            raise ConfigError(f"width_px, height_px = {self.width_px}, {self.height_px}: both must be 8 to 4096.")
+            raise ConfigError(
+                f"width_px, height_px = {self.width_px}, {self.height_px}: both must be 8 to 4096."
+            )
         if not 0 <= self.crop_top < self.crop_bottom <= 1:
             raise ConfigError(
                 f"crop_top, crop_bottom = {self.crop_top}, {self.crop_bottom}: must be 0 <= top < bottom <= 1."
@@ -85,16 +89,28 @@ class Preprocess:
         """Return the default of this package: a band around the horizon, block means, counts for dvs."""
         if modality == "rgb":
             return cls(
-                modality="rgb", channels=3, width_px=width_px, height_px=height_px, mean=IMAGENET_MEAN, std=IMAGENET_STD
+                modality="rgb",
+                channels=3,
+                width_px=width_px,
+                height_px=height_px,
+                mean=IMAGENET_MEAN,
+                std=IMAGENET_STD,
             )
         return cls(modality=modality, channels=2, width_px=width_px, height_px=height_px)
 
     @classmethod
     def paper(cls, modality: Modality, width_px: int = 450, height_px: int = 256) -> Preprocess:
         """Return the paper's: the whole image at 450x256; dvs as one grey channel by nearest neighbour."""
-        size: dict[str, Any] = {"width_px": width_px, "height_px": height_px, "crop_top": 0.0, "crop_bottom": 1.0}
+        size: dict[str, Any] = {
+            "width_px": width_px,
+            "height_px": height_px,
+            "crop_top": 0.0,
+            "crop_bottom": 1.0,
+        }
         if modality == "rgb":
-            return cls(modality="rgb", channels=3, resize="area", mean=IMAGENET_MEAN, std=IMAGENET_STD, **size)
+            return cls(
+                modality="rgb", channels=3, resize="area", mean=IMAGENET_MEAN, std=IMAGENET_STD, **size
+            )
         return cls(modality=modality, channels=1, resize="nearest", **size)
 
     def shrink(self, image: np.ndarray) -> np.ndarray:

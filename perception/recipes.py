@@ -85,7 +85,11 @@ def _cutout(clip: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return cut
 
 
-_TRANSFORMS: tuple[Callable[[np.ndarray, np.random.Generator], np.ndarray] | None, ...] = (None, _translate, _cutout)
+_TRANSFORMS: tuple[Callable[[np.ndarray, np.random.Generator], np.ndarray] | None, ...] = (
+    None,
+    _translate,
+    _cutout,
+)
 
 
 def augment(clips: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -58,4 +58,6 @@ def create_network(name: str, *, in_channels: int, frames: int, width: float) ->
     if frames < 1 or in_channels < 1:
         raise ConfigError(f"frames = {frames!r}, in_channels = {in_channels!r}: both must be 1 or more.")
     module, factory = NETWORKS[name].split(":")
-    return getattr(importlib.import_module(module), factory)(in_channels=in_channels, frames=frames, width=width)
+    return getattr(importlib.import_module(module), factory)(
+        in_channels=in_channels, frames=frames, width=width
+    )

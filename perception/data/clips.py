@@ -54,7 +54,9 @@ def load_video(
         DataError: For a damaged image with on_error="raise"; names the file.
     """
     if video.modality != preprocess.modality:
-        raise ConfigError(f"video {video.name!r} is {video.modality}, the preprocessing is for {preprocess.modality}.")
+        raise ConfigError(
+            f"video {video.name!r} is {video.modality}, the preprocessing is for {preprocess.modality}."
+        )
     if on_error not in ("raise", "skip"):
         raise ConfigError(f"on_error = {on_error!r} is not allowed: 'raise' or 'skip'.")
     cache = None

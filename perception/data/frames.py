@@ -61,7 +61,9 @@ def _read_names(folder: Path) -> tuple[list[tuple[int, int, Path]], list[str]]:
             )
         number, label = int(match[1]), int(match[2])
         if number in frames:
-            raise DataError(f"{path}: frame {number} exists twice, also as {frames[number][2].name}; keep one.")
+            raise DataError(
+                f"{path}: frame {number} exists twice, also as {frames[number][2].name}; keep one."
+            )
         frames[number] = (number, label, path)
     return [frames[number] for number in sorted(frames)], skipped
 
@@ -96,7 +98,9 @@ class FrameFolder:
             raise unknown_name("modality", modality, MODALITIES)
         root = Path(root)
         if not root.is_dir():
-            raise DataError(f"data root {str(root)!r} is not a folder; record a data set first or mend the path.")
+            raise DataError(
+                f"data root {str(root)!r} is not a folder; record a data set first or mend the path."
+            )
         folder = root / f"{subset}_{modality}"
         if not folder.is_dir():
             found = sorted(p.name for p in root.iterdir() if p.is_dir() and p.name.endswith(("_rgb", "_dvs")))
@@ -116,7 +120,14 @@ class FrameFolder:
                 continue
             numbers, labels, paths = zip(*frames, strict=True)
             videos.append(
-                Video(subset, entry.name, modality, paths, np.array(numbers, np.int64), np.array(labels, np.uint8))
+                Video(
+                    subset,
+                    entry.name,
+                    modality,
+                    paths,
+                    np.array(numbers, np.int64),
+                    np.array(labels, np.uint8),
+                )
             )
         if not videos:
             raise DataError(f"{str(folder)!r} holds no frame in {len(empty)} video folders.")
@@ -130,7 +141,9 @@ def _check_complete(data: bytes, path: Path) -> None:
     else:
         complete = data.startswith(b"\xff\xd8") and data.rstrip(b"\x00").endswith(b"\xff\xd9")
     if not complete:
-        raise DataError(f"{path}: truncated or not a {path.suffix[1:]} file ({len(data)} bytes); restore or remove it.")
+        raise DataError(
+            f"{path}: truncated or not a {path.suffix[1:]} file ({len(data)} bytes); restore or remove it."
+        )
 
 
 def read_frame(path: Path, modality: Modality) -> np.ndarray:

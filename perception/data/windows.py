@@ -23,7 +23,9 @@ def window_starts(frames_in_video: int, frames: int, overlap: int) -> np.ndarray
         ConfigError: Unless frames >= 1 and 0 <= overlap < frames.
     """
     if frames < 1 or not 0 <= overlap < frames:
-        raise ConfigError(f"frames = {frames}, overlap = {overlap}: must be frames >= 1, 0 <= overlap < frames.")
+        raise ConfigError(
+            f"frames = {frames}, overlap = {overlap}: must be frames >= 1, 0 <= overlap < frames."
+        )
     return np.arange(0, frames_in_video - frames + 1, frames - overlap)
 
 
@@ -58,7 +60,9 @@ def split_by_video(
         try:
             kept, drawn = train_test_split(pool, test_size=share, random_state=seed, stratify=kinds)
         except ValueError as error:
-            raise DataError(f"{len(names)} videos cannot be split into train, validation and test: {error}") from error
+            raise DataError(
+                f"{len(names)} videos cannot be split into train, validation and test: {error}"
+            ) from error
         return kept, drawn
 
     rest, test_names = draw(names, test)

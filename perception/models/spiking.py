@@ -58,7 +58,9 @@ class TemporalBatchNorm(layer.TemporalEffectiveBatchNorm2d):
         return super().forward(x_seq)
 
 
-def _conv_norm(inputs: int, outputs: int, kernel: int, stride: int, norm: Norm) -> tuple[nn.Module, nn.Module]:
+def _conv_norm(
+    inputs: int, outputs: int, kernel: int, stride: int, norm: Norm
+) -> tuple[nn.Module, nn.Module]:
     conv = layer.Conv2d(inputs, outputs, kernel, stride, kernel // 2, bias=False, step_mode="m")
     return conv, norm(outputs)
 
@@ -105,7 +107,13 @@ class SpikingResNet18(nn.Module):
     """
 
     def __init__(
-        self, in_channels: int, frames: int, width: float = 1.0, *, connect: Connect = "iand", temporal_norm: bool = True
+        self,
+        in_channels: int,
+        frames: int,
+        width: float = 1.0,
+        *,
+        connect: Connect = "iand",
+        temporal_norm: bool = True,
     ) -> None:
         super().__init__()
         if connect not in ("none", "iand", "add"):
