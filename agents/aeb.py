@@ -40,11 +40,11 @@ class AebConfig:
     resume_level: float = 0.5  # share of the strongest acceleration
 
     def __post_init__(self) -> None:
-        require(0 < self.threshold <= 1, "threshold", self.threshold, "above 0, at most 1")
+        require(0 <= self.threshold <= 1, "threshold", self.threshold, "0 to 1")
         require(self.consecutive_frames >= 1, "consecutive_frames", self.consecutive_frames, "1 or more")
         if self.release_threshold is not None:
-            require(0 < self.release_threshold <= self.threshold, "release_threshold", self.release_threshold,
-                    f"above 0, at most threshold ({self.threshold})")  # fmt: skip
+            release, allowed = self.release_threshold, f"0 to threshold ({self.threshold})"
+            require(0 <= release <= self.threshold, "release_threshold", release, allowed)
         require(self.release_s >= 0, "release_s", self.release_s, "0 or more")
         require(0 < self.braking_level <= 1, "braking_level", self.braking_level, "above 0, at most 1")
         require(0 < self.resume_level <= 1, "resume_level", self.resume_level, "above 0, at most 1")

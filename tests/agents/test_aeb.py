@@ -106,7 +106,7 @@ def test_a_broken_probability_is_an_error_not_a_calm_detector(p):
 
 @pytest.mark.parametrize(
     "bad",
-    [{"threshold": 0.0}, {"threshold": 1.5}, {"consecutive_frames": 0}, {"release_threshold": 0.7},
+    [{"threshold": -0.1}, {"threshold": 1.5}, {"consecutive_frames": 0}, {"release_threshold": 0.7},
      {"release_s": -1.0}, {"braking_level": 0.0}, {"resume_level": 2.0}],
 )  # fmt: skip
 def test_config_refuses_what_cannot_work_and_names_it(bad):

@@ -29,7 +29,6 @@ def test_integer_weights_are_repeated_rows(ties):
     weights = np.random.default_rng(1).integers(0, 4, labels.size)
     repeated = np.repeat(labels, weights), np.repeat(scores, weights)
     assert metrics.auroc(labels, scores, weights) == pytest.approx(sk.roc_auc_score(*repeated), abs=TINY)
-    precision = sk.average_precision_score(*repeated)
     assert metrics.auprc(labels, scores, weights) == pytest.approx(
         sk.average_precision_score(*repeated), abs=1e-12
     )

@@ -1,0 +1,1 @@
+"""Scores of detectors, offline and in the loop, and the report; import from the modules."""

@@ -1,0 +1,185 @@
+"""Every detector and every control on the same seeded episodes, in parallel, completed where stopped."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from agents import CONTROLS, AebConfig, make_control
+from eval.detectors import DetectorSpec, load_detector, resolve_detectors
+from eval.jobs import EnvFactory, Job, Loader, make_env, play_jobs
+from eval.store import RowLog, prepare_folder, write_json, write_rows
+from pedcross_env import __version__
+from pedcross_env.config import CameraConfig, EgoConfig, EnvConfig, LabelConfig, TrafficConfig, require
+from pedcross_env.errors import unknown_name
+
+__all__ = ["EvaluateConfig", "EvaluateReport", "evaluate"]
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EvaluateConfig:
+    """Settings of ``pedcross evaluate``: drive each detector through the same crossings."""
+
+    out: Path
+    """Results folder; a run that was stopped is completed there."""
+    detectors: tuple[str, ...] = ()
+    """Names of shipped checkpoints or paths; empty: all shipped ones."""
+    controls: tuple[str, ...] = tuple(CONTROLS)
+    """References without a network."""
+    weathers: tuple[str, ...] = ("clear", "rain", "storm", "fog")
+    """Each seed is played in each of them: the same crossing, another weather."""
+    episodes: int = 20
+    """Seeds per weather."""
+    seed: int = 0
+    """First episode seed; recorded datasets begin at one million."""
+    threshold: float | None = None
+    """When detectors brake; not given: the threshold stored with each checkpoint."""
+    extra_thresholds: tuple[float, ...] = ()
+    """Further operating points for every detector, for the curve of collisions against false braking."""
+    workers: int = 0
+    """Processes; 0: one per core, 1: none beside this one."""
+    aeb: AebConfig = field(default_factory=AebConfig)
+    """Its threshold is replaced by the detector's."""
+    traffic: TrafficConfig = field(default_factory=TrafficConfig)
+    camera: CameraConfig = field(default_factory=CameraConfig)
+    ego: EgoConfig = field(default_factory=EgoConfig)
+    label: LabelConfig = field(default_factory=LabelConfig)
+
+    def __post_init__(self) -> None:
+        require(self.episodes >= 1, "episodes", self.episodes, "1 or more")
+        require(self.seed >= 0, "seed", self.seed, "0 or more")
+        require(self.workers >= 0, "workers", self.workers, "0 or more")
+        require(len(self.weathers) > 0, "weathers", self.weathers, "at least one preset")
+        for name in ("weathers", "controls", "detectors"):
+            values = getattr(self, name)
+            require(len(set(values)) == len(values), name, values, "without repeats")
+        for control in self.controls:
+            if control not in CONTROLS:
+                raise unknown_name("control", control, CONTROLS)
+        for value in (*self.extra_thresholds, *([] if self.threshold is None else [self.threshold])):
+            require(0 < value <= 1, "threshold", value, "above 0, at most 1")
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluateReport:
+    """What a call of ``evaluate`` did; ``rows`` are all rows of this evaluation, old and new."""
+
+    rows: list[dict[str, Any]]
+    played: int
+    already_there: int
+    other_setups: int
+
+
+def evaluate(
+    config: EvaluateConfig,
+    progress: Progress = lambda done, total, what: None,
+    *,
+    specs: Sequence[DetectorSpec] | None = None,
+    env_factory: EnvFactory = make_env,
+    loader: Loader = load_detector,
+) -> EvaluateReport:
+    """Play what is missing and write ``episodes.parquet`` and ``evaluate.json`` to ``config.out``.
+
+    Args:
+        config: Settings.
+        progress: Called with (episodes done, in all, what was last).
+        specs: Detectors, where they are no checkpoints; default: resolved from ``config.detectors``.
+        env_factory: Builds an environment; must be importable by name for more than one worker.
+        loader: Builds a detector from ``DetectorSpec.path``; as ``env_factory``.
+
+    Returns:
+        The rows; rows in the folder that came from another setup (weights, thresholds, camera, ...) stay in
+        the log but are neither used nor returned.
+
+    Raises:
+        ConfigError: For unknown names or a folder that cannot be written.
+        DataError: For a damaged log, or a worker that died.
+    """
+    if env_factory is make_env:
+        _check_weathers(config.weathers)
+    specs = resolve_detectors(config.detectors) if specs is None else list(specs)
+    prepare_folder(config.out)
+    jobs = list(_jobs(config, specs))
+    log = RowLog(config.out / "episodes.jsonl")
+    wanted = {job.key for job in jobs}
+    stored = log.read()
+    rows = {_row_key(row): row for row in stored if _row_key(row) in wanted}
+    log.rewrite(stored)
+    todo = [job for job in jobs if job.key not in rows]
+    already = len(rows)
+    progress(already, len(jobs), "")
+    for row in play_jobs(todo, config.workers or os.cpu_count() or 1, env_factory, loader):
+        log.append(row)
+        rows[_row_key(row)] = row
+        progress(len(rows), len(jobs), f"{row['detector']}, {row['weather']}, seed {row['seed']}")
+    ordered = [rows[job.key] for job in jobs]
+    write_rows(config.out / "episodes.parquet", ordered)
+    write_json(config.out / "evaluate.json", _provenance(config, specs))
+    return EvaluateReport(ordered, len(todo), already, len(stored) - already)
+
+
+def _check_weathers(names: Sequence[str]) -> None:
+    from pedcross_env.weather import weather_by_name
+
+    for name in names:
+        weather_by_name(name)
+
+
+def _jobs(config: EvaluateConfig, specs: Sequence[DetectorSpec]) -> Iterator[Job]:
+    """Controls first: they are quick and everything is read against them."""
+    for name in config.controls:
+        spec = DetectorSpec(
+            name=name, path="", modality="none", threshold=make_control(name).threshold, fingerprint=name
+        )  # fmt: skip
+        yield from _episodes(config, spec, "control", spec.threshold, main=True)
+    for spec in specs:
+        main = config.threshold if config.threshold is not None else spec.threshold
+        for threshold in dict.fromkeys((main, *config.extra_thresholds)):
+            yield from _episodes(config, spec, "detector", threshold, main=threshold == main)
+
+
+def _episodes(
+    config: EvaluateConfig, spec: DetectorSpec, kind: str, threshold: float, *, main: bool
+) -> Iterator[Job]:
+    aeb = dataclasses.replace(config.aeb, threshold=threshold)
+    modalities: Any = () if kind == "control" else (spec.modality,)
+    env = EnvConfig(
+        modalities=modalities, weather=config.weathers[:1], camera=config.camera, ego=config.ego,
+        traffic=config.traffic, label=config.label,
+    )  # fmt: skip
+    # The weather is given with each reset, so the config's own plays no part in what a row depends on.
+    facts = [
+        __version__,
+        spec.fingerprint,
+        dataclasses.asdict(aeb),
+        dataclasses.asdict(env) | {"weather": None},
+    ]
+    setup = hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()[:16]
+    for weather in config.weathers:
+        for seed in range(config.seed, config.seed + config.episodes):
+            yield Job(
+                name=spec.name, kind=kind, path=spec.path, modality=spec.modality, threshold=threshold,
+                main=main, weather=weather, seed=seed, aeb=aeb, env=env, setup=setup,
+            )  # fmt: skip
+
+
+def _row_key(row: dict[str, Any]) -> tuple[Any, ...]:
+    return row["detector"], row["threshold"], row["weather"], row["seed"], row["setup"]
+
+
+def _provenance(config: EvaluateConfig, specs: Sequence[DetectorSpec]) -> dict[str, Any]:
+    settings = json.loads(json.dumps(dataclasses.asdict(config), default=str))
+    return {
+        "version": __version__,
+        "settings": settings,
+        "controls": {name: make_control(name).note for name in config.controls},
+        "detectors": [dataclasses.asdict(spec) for spec in specs],
+    }
