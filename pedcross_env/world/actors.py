@@ -1,0 +1,87 @@
+"""Records of actors: what never changes is written once, what moves is filled into a copy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pedcross_env.config import EgoConfig
+from pedcross_env.contracts import ACTOR_DTYPE, ActorKind
+from pedcross_env.scenario.scenario import PEDESTRIAN_MODELS, VEHICLE_MODELS, Scenario
+from pedcross_env.scenario.sizes import pedestrian_size, vehicle_size
+from pedcross_env.world.ego import EgoState
+from pedcross_env.world.pedestrians import PedestrianPoses
+
+__all__ = ["EGO_ID", "ActorRecords"]
+
+EGO_ID = 1
+_POSE_FIELDS = ("x", "y", "z", "yaw", "speed", "gait_phase", "gait_stride", "head_yaw")
+
+
+class ActorRecords:
+    """Fills ACTOR_DTYPE records. Ids: ego 1, then the scenario's vehicles, then its pedestrians.
+
+    Args:
+        scenario: Who is there.
+        ego: The ego's size.
+        movers: Indices of vehicles that drive.
+        headlights: Whether the vehicles that drive, the ego too, have their low beams on.
+
+    Attributes:
+        pedestrian_ids: (P,) int, of the scenario's pedestrians in their order.
+        vehicle_ids: (V,) int.
+    """
+
+    def __init__(self, scenario: Scenario, ego: EgoConfig, movers: list[int], *, headlights: bool) -> None:
+        vehicles, pedestrians = scenario.vehicles, scenario.pedestrians
+        self._first_pedestrian = len(vehicles)
+        self._movers = np.array(movers, dtype=np.int64)
+        self._actors = np.zeros(len(vehicles) + len(pedestrians), dtype=ACTOR_DTYPE)
+        self._actors["id"] = np.arange(len(self._actors)) + EGO_ID + 1
+        for record, spec in zip(self._actors, vehicles, strict=False):
+            record["kind"], record["model"] = ActorKind.VEHICLE, VEHICLE_MODELS.index(spec.model)
+            record["seed"], record["x"], record["y"], record["yaw"] = (
+                spec.seed,
+                spec.x_m,
+                spec.y_m,
+                spec.yaw_rad,
+            )
+            record["length"], record["width"], record["height"] = vehicle_size(spec.model)
+        for record, person in zip(self._actors[self._first_pedestrian :], pedestrians, strict=True):
+            record["kind"], record["model"] = ActorKind.PEDESTRIAN, PEDESTRIAN_MODELS.index(person.model)
+            record["seed"] = person.seed
+            record["length"], record["width"], record["height"] = pedestrian_size(person.height_m)
+        self._actors["headlight"][self._movers] = float(headlights)
+        self._ego = np.zeros((), dtype=ACTOR_DTYPE)
+        self._ego["id"], self._ego["kind"], self._ego["model"] = (
+            EGO_ID,
+            ActorKind.VEHICLE,
+            VEHICLE_MODELS.index("sedan"),
+        )
+        self._ego["y"], self._ego["headlight"] = scenario.street.ego_lane_y_m, float(headlights)
+        self._ego["length"], self._ego["width"], self._ego["height"] = ego.length_m, ego.width_m, ego.height_m
+        self.vehicle_ids = self._actors["id"][: self._first_pedestrian].copy()
+        self.pedestrian_ids = self._actors["id"][self._first_pedestrian :].copy()
+
+    def ego(self, state: EgoState) -> np.ndarray:
+        """The ego's record, 0-d."""
+        record = self._ego.copy()
+        record["x"], record["speed"] = state.x_m, state.speed_mps
+        record["pitch"], record["brake_light"] = state.pitch_rad, state.brake_light
+        return record
+
+    def actors(
+        self, driving: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], people: PedestrianPoses
+    ) -> np.ndarray:
+        """(N,) records of all others.
+
+        Args:
+            driving: (x, speed, pitch, brake light) of the vehicles that drive.
+            people: Poses of all pedestrians.
+        """
+        records = self._actors.copy()
+        for field, values in zip(("x", "speed", "pitch", "brake_light"), driving, strict=True):
+            records[field][self._movers] = values
+        walking = records[self._first_pedestrian :]
+        for field in _POSE_FIELDS:
+            walking[field] = getattr(people, field)
+        return records

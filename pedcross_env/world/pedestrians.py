@@ -1,0 +1,127 @@
+"""All pedestrians of a scenario at once: poses, gait and glances at any time, in few array operations."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pedcross_env.scenario.scenario import PedestrianSpec
+from pedcross_env.scenario.sizes import contact_radius_m
+from pedcross_env.scenario.street import StreetSpec
+from pedcross_env.scenario.walk import Walk, smoothstep, wrap_angle
+
+__all__ = ["PedestrianPoses", "Pedestrians"]
+
+_GLANCE_EASE_S = 0.3
+_GLANCE_HALF_S = 0.6
+_GLANCE_LIMIT_RAD = 1.2  # how far a head turns
+_GLANCE_SHARE = 0.6  # 58.9 % look in the last second before they cross (JAAD)
+_KERB_ZONE_M = 0.6  # who comes this near to the kerb from outside is about to cross, or seems to be
+_KERB_RAMP_M = 0.3  # over which a foot goes down the kerb
+
+
+@dataclass(frozen=True, slots=True)
+class PedestrianPoses:
+    """State of N pedestrians at one time, each (N,) float64; units and meanings as in ACTOR_DTYPE."""
+
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    yaw: np.ndarray
+    speed: np.ndarray
+    gait_phase: np.ndarray
+    gait_stride: np.ndarray
+    head_yaw: np.ndarray
+
+
+def _glance(walk: Walk, kerb_y_m: float) -> tuple[float, float, float]:
+    """(middle of the glance in s, half its length, head angle) of the first approach to a kerb.
+
+    Nobody's glance tells whether it crosses: it depends on the way to the kerb and on the seed alone.
+    """
+    never = (0.0, -1.0, 0.0)
+    if (walk.spec.seed * 0.754877666246693) % 1.0 >= _GLANCE_SHARE:
+        return never
+    times = np.arange(0.0, walk.end_s + 0.1, 0.05)
+    y = np.abs(walk.positions(times)[:, 1])
+    zone = np.flatnonzero((y >= kerb_y_m - 0.05) & (y <= kerb_y_m + _KERB_ZONE_M))
+    if zone.size == 0:
+        return never
+    middle = float(times[zone[0]])
+    if zone[0] == 0:  # stands there from the start: glances some time later
+        middle += 4.0 * ((walk.spec.seed * 0.569840290998053) % 1.0)
+    side = math.copysign(1.0, float(walk.positions(np.array([middle]))[0, 1]))
+    to_traffic = math.pi if side < 0 else 0.0  # right-hand traffic: the near lane comes from the left
+    facing = -side * 0.5 * math.pi
+    return (
+        middle,
+        _GLANCE_HALF_S,
+        float(np.clip(wrap_angle(to_traffic - facing), -_GLANCE_LIMIT_RAD, _GLANCE_LIMIT_RAD)),
+    )
+
+
+def _padded(tables: list[np.ndarray], columns: int) -> np.ndarray:
+    """Stack tables of different lengths, (N, longest, columns); rows that do not exist start at inf."""
+    stacked = np.zeros((len(tables), max((len(t) for t in tables), default=1), columns))
+    stacked[:, :, 0] = np.inf
+    for row, table in zip(stacked, tables, strict=True):
+        row[: len(table)] = table
+    return stacked
+
+
+class Pedestrians:
+    """The pedestrians of a scenario.
+
+    Attributes:
+        walks: One per pedestrian, in the scenario's order.
+        radius_m: (N,) radius of the contact disc.
+    """
+
+    def __init__(self, specs: tuple[PedestrianSpec, ...], street: StreetSpec) -> None:
+        self.walks = [Walk(spec) for spec in specs]
+        self.radius_m = np.array([contact_radius_m(spec.height_m) for spec in specs], dtype=np.float64)
+        self.top_speed_mps = np.array([walk.top_speed_mps for walk in self.walks], dtype=np.float64)
+        self._street = street
+        self._knots = _padded([walk.knots for walk in self.walks], 10)
+        self._turns = _padded([walk.turns for walk in self.walks], 4)
+        glances = [_glance(walk, street.kerb_y_m) for walk in self.walks]
+        self._glances = np.array(glances, dtype=np.float64).reshape(-1, 3)
+        self._rows = np.arange(len(specs))
+
+    def __len__(self) -> int:
+        return len(self.walks)
+
+    def poses(self, time_s: float) -> PedestrianPoses:
+        """Everything about all pedestrians at one time."""
+        last = (self._knots[:, :, 0] <= time_s).sum(axis=1) - 1
+        start, x, y, ux, uy, speed, acceleration, phase, cadence, rate = self._knots[
+            self._rows, np.maximum(last, 0)
+        ].T
+        elapsed = time_s - start
+        travelled = elapsed * (speed + 0.5 * acceleration * elapsed)
+        y = y + uy * travelled
+        speed = np.maximum(speed + acceleration * elapsed, 0.0)
+        cadence_now = cadence + rate * elapsed
+        walking = cadence_now > 1e-6
+        turn = (self._turns[:, :, 0] <= time_s).sum(axis=1) - 1
+        turn_start, before, angle, duration = self._turns[self._rows, turn].T
+        middle, half, head = self._glances.T
+        return PedestrianPoses(
+            x=x + ux * travelled,
+            y=y,
+            z=self._street.kerb_height_m
+            * smoothstep((np.abs(y) - self._street.kerb_y_m) / _KERB_RAMP_M + 0.5),
+            yaw=before + angle * smoothstep((time_s - turn_start) / duration),
+            speed=speed,
+            gait_phase=phase + elapsed * (cadence + 0.5 * rate * elapsed),
+            gait_stride=np.where(walking, speed / np.where(walking, cadence_now, 1.0), 0.0),
+            head_yaw=head * smoothstep((half + _GLANCE_EASE_S - np.abs(time_s - middle)) / _GLANCE_EASE_S),
+        )  # fmt: skip
+
+    def table(self, times_s: np.ndarray) -> np.ndarray:
+        """Positions of all at many times: (T,) -> (N, T, 2)."""
+        if not self.walks:
+            return np.zeros((0, len(times_s), 2))
+        return np.stack([walk.positions(times_s) for walk in self.walks])

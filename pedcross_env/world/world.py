@@ -1,0 +1,316 @@
+"""The world of one episode: steps at the policy's rate, knows all poses at any time within a step."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from pedcross_env.config import EgoConfig, LabelConfig, WorldConfig, require
+from pedcross_env.contracts import Outcome, Snapshot
+from pedcross_env.errors import ConfigError, PedcrossError
+from pedcross_env.scenario.scenario import Scenario
+from pedcross_env.scenario.sizes import vehicle_size
+from pedcross_env.world.actors import ActorRecords
+from pedcross_env.world.contact import box_to_box_m, box_to_disc_m, first_contact
+from pedcross_env.world.crossing import ConflictFinder, crossing_stays
+from pedcross_env.world.ego import EgoMotion, EgoState
+from pedcross_env.world.pedestrians import PedestrianPoses, Pedestrians
+from pedcross_env.world.traffic import Traffic
+
+__all__ = ["World"]
+
+_TIME_SLACK_S = 1e-9
+_LANE_CONFLICT_TINY_MPS = 1e-6
+
+
+class World:
+    """Ego, vehicles and pedestrians of one scenario.
+
+    The ego drives straight along its lane. A contact ends the episode at its moment, found inside the step:
+    all poses stay as they were then. Contact with an ego slower than 0.1 m/s (somebody walks or drives into a
+    standing car) is no collision.
+
+    Args:
+        scenario: What happens.
+        ego: The ego's size and actuator.
+        world: Clock rates.
+        label: When a frame is positive, and when the ego is in conflict.
+        friction: Highest acceleration of the ego over g.
+        horizontal_fov_deg: Of the camera the label is made for.
+        mount_x_m: Of that camera, ahead of the ego's centre.
+        headlights: Whether vehicles that drive have their low beams on.
+
+    Raises:
+        ConfigError: For a friction out of range, or a vehicle that cannot drive where it is put.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        *,
+        ego: EgoConfig,
+        world: WorldConfig,
+        label: LabelConfig,
+        friction: float,
+        horizontal_fov_deg: float = 60.0,
+        mount_x_m: float = 0.3,
+        headlights: bool = False,
+    ) -> None:
+        require(0 < horizontal_fov_deg < 180, "horizontal_fov_deg", horizontal_fov_deg, "between 0 and 180")
+        self.scenario = scenario
+        self._config, self._clock, self._label = ego, world, label
+        self._half_fov_rad, self._mount_x_m = 0.5 * math.radians(horizontal_fov_deg), mount_x_m
+        self._lane_y_m = scenario.street.ego_lane_y_m
+        self._motion = EgoMotion(
+            ego, friction=friction, x_m=scenario.ego_x_m, speed_mps=scenario.ego_speed_mps
+        )
+        self._people = Pedestrians(scenario.pedestrians, scenario.street)
+        self._traffic = Traffic(scenario, ego, self._people)
+        self._records = ActorRecords(scenario, ego, self._traffic.movers, headlights=headlights)
+        self._conflicts = ConflictFinder(
+            self._people, ego, label, lane_y_m=self._lane_y_m, duration_s=scenario.duration_s
+        )
+        stays = [
+            (index, stay.start_s, stay.end_s)
+            for index, walk in enumerate(self._people.walks)
+            for stay in crossing_stays(walk, scenario.street)
+            if stay.start_s < scenario.duration_s
+        ]
+        self._stay_owner = np.array([s[0] for s in stays], dtype=np.int64)
+        self._stay_start_s = np.array([s[1] for s in stays], dtype=np.float64)
+        self._stay_end_s = np.array([s[2] for s in stays], dtype=np.float64)
+        self._lane_vehicles = self._vehicles_in_the_way()
+        self._steps, self._step_start_s, self._demand_mps2 = 0, 0.0, 0.0
+        self._contact_s: float | None = None
+        self.outcome = Outcome.RUNNING
+        self.impact_speed_mps = math.nan
+        self.collided_with = 0
+        self._now: tuple[EgoState, PedestrianPoses] | None = None
+
+    def _vehicles_in_the_way(self) -> list[tuple[int, int | None]]:
+        """(index, position among the movers or None) of vehicles whose lateral extent meets the ego's."""
+        found: list[tuple[int, int | None]] = []
+        for index, spec in enumerate(self.scenario.vehicles):
+            size = vehicle_size(spec.model)
+            across = size.length_m * abs(math.sin(spec.yaw_rad)) + size.width_m * abs(math.cos(spec.yaw_rad))
+            if abs(spec.y_m - self._lane_y_m) < 0.5 * (across + self._config.width_m):
+                mover = self._traffic.movers.index(index) if index in self._traffic.movers else None
+                found.append((index, mover))
+        return found
+
+    @property
+    def time_s(self) -> float:
+        """Time since reset: the end of the last policy step."""
+        return self._steps / self._clock.policy_hz
+
+    @property
+    def contact_time_s(self) -> float:
+        """When the collision happened, nan without one."""
+        return math.nan if self._contact_s is None else self._contact_s
+
+    @property
+    def ego(self) -> EgoState:
+        """The ego now (at the moment of contact after a collision)."""
+        return self._present()[0]
+
+    def _present(self) -> tuple[EgoState, PedestrianPoses]:
+        if self._now is None:
+            time = self._pose_time(self.time_s)
+            self._now = self._motion.state(time), self._people.poses(time)
+        return self._now
+
+    def _pose_time(self, time_s: float) -> float:
+        return time_s if self._contact_s is None else min(time_s, self._contact_s)
+
+    def step(self, demand_mps2: float) -> None:
+        """Advance by one policy step.
+
+        Args:
+            demand_mps2: Acceleration asked for, clipped to what the ego can do; 0 holds the speed.
+
+        Raises:
+            PedcrossError: After the end of the episode.
+            ConfigError: For a demand that is not finite.
+        """
+        if self.outcome is not Outcome.RUNNING:
+            raise PedcrossError(
+                f"the episode ended ({self.outcome.value}) at {self.time_s:.3f} s: make a new World."
+            )
+        require(math.isfinite(demand_mps2), "demand_mps2", demand_mps2, "finite")
+        start, end = self.time_s, (self._steps + 1) / self._clock.policy_hz
+        low, high = -self._config.max_deceleration_mps2, self._config.max_acceleration_mps2
+        self._demand_mps2 = float(min(high, max(low, demand_mps2)))
+        self._motion.begin(self._demand_mps2)
+        self._motion.advance(end)
+        self._traffic.forget(start)
+        self._traffic.decide_until(end, self._motion.motion)
+        self._step_start_s, self._now = start, None
+        self._steps += 1
+        self._conclude(start, end)
+
+    def _conclude(self, start_s: float, end_s: float) -> None:
+        finish_x = self.scenario.finish_x_m - 0.5 * self._config.length_m
+        passed = self._motion.motion(end_s)[0] > finish_x
+        if passed:  # a contact after the finish is none of this episode
+            end_s = self._reaches_s(finish_x, start_s, end_s)
+        contact = self._contact(start_s, end_s)
+        if contact is not None:
+            self._contact_s, self.collided_with = contact
+            self.impact_speed_mps = self._motion.motion(self._contact_s)[1]
+            self.outcome = Outcome.COLLISION
+        elif passed:
+            self.outcome = Outcome.PASSED
+        elif self.time_s >= self.scenario.duration_s - _TIME_SLACK_S:
+            self.outcome = Outcome.TIMEOUT
+
+    def _reaches_s(self, x_m: float, low_s: float, high_s: float) -> float:
+        while high_s - low_s > _TIME_SLACK_S:
+            middle = 0.5 * (low_s + high_s)
+            low_s, high_s = (low_s, middle) if self._motion.motion(middle)[0] > x_m else (middle, high_s)
+        return high_s
+
+    def _contact(self, start_s: float, end_s: float) -> tuple[float, int] | None:
+        """(time, actor id) of the first contact in the interval."""
+        found: list[tuple[float, int]] = []
+        ego_bound = self._motion.top_speed_mps
+        for index in self._near_pedestrians(start_s, end_s, ego_bound):
+            time = self._search(
+                lambda t, i=index: self._gap_to_pedestrian(t, i),
+                ego_bound + float(self._people.top_speed_mps[index]), start_s, end_s,
+            )  # fmt: skip
+            if time is not None:
+                found.append((time, int(self._records.pedestrian_ids[index])))
+        for index, mover in self._lane_vehicles:
+            time = self._search(
+                lambda t, i=index, m=mover: self._gap_to_vehicle(t, i, m),
+                ego_bound + (self._mover_bound(start_s, end_s, mover)), start_s, end_s,
+            )  # fmt: skip
+            if time is not None:
+                found.append((time, int(self._records.vehicle_ids[index])))
+        return min(found, default=None)
+
+    def _search(self, gap: Any, bound_mps: float, start_s: float, end_s: float) -> float | None:
+        return first_contact(
+            gap, lambda t: self._motion.motion(t)[1],
+            closing_bound_mps=max(bound_mps, 0.1), start_s=start_s, end_s=end_s,
+            longest_step_s=1.0 / self._clock.tick_hz,
+        )  # fmt: skip
+
+    def _mover_bound(self, start_s: float, end_s: float, mover: int | None) -> float:
+        if mover is None:
+            return 0.0
+        return max(float(self._traffic.poses(t)[1][mover]) for t in (start_s, end_s)) + 6.0 * (
+            end_s - start_s
+        )
+
+    def _near_pedestrians(self, start_s: float, end_s: float, ego_bound_mps: float) -> np.ndarray:
+        if not len(self._people):
+            return np.zeros(0, dtype=np.int64)
+        ego_x = self._motion.motion(start_s)[0]
+        poses = self._people.poses(start_s)
+        outside_x = np.maximum(np.abs(poses.x - ego_x) - 0.5 * self._config.length_m, 0.0)
+        outside_y = np.maximum(np.abs(poses.y - self._lane_y_m) - 0.5 * self._config.width_m, 0.0)
+        reach = self._people.radius_m + (ego_bound_mps + self._people.top_speed_mps) * (end_s - start_s)
+        return np.flatnonzero(np.hypot(outside_x, outside_y) <= reach)
+
+    def _gap_to_pedestrian(self, time_s: float, index: int) -> float:
+        x, y = self._people.walks[index].position(time_s)
+        dx, dy = x - self._motion.motion(time_s)[0], y - self._lane_y_m
+        return box_to_disc_m(
+            dx, dy, self._config.length_m, self._config.width_m, float(self._people.radius_m[index])
+        )
+
+    def _gap_to_vehicle(self, time_s: float, index: int, mover: int | None) -> float:
+        spec = self.scenario.vehicles[index]
+        x = spec.x_m if mover is None else float(self._traffic.poses(time_s)[0][mover])
+        dx, dy = x - self._motion.motion(time_s)[0], spec.y_m - self._lane_y_m
+        size = vehicle_size(spec.model)
+        return box_to_box_m(dx, dy, (self._config.length_m, self._config.width_m), size[:2], spec.yaw_rad)
+
+    def snapshot(self, time_s: float) -> Snapshot:
+        """All poses at a time within the last policy step, both ends included.
+
+        Raises:
+            ConfigError: For a time outside of it.
+        """
+        if not self._step_start_s - _TIME_SLACK_S <= time_s <= self.time_s + _TIME_SLACK_S:
+            raise ConfigError(
+                f"snapshot time_s = {time_s!r} is not allowed: it must be within the last step, "
+                f"{self._step_start_s} to {self.time_s}."
+            )
+        pose_time = self._pose_time(time_s)
+        actors = self._records.actors(self._traffic.poses(pose_time), self._people.poses(pose_time))
+        return Snapshot(time_s=time_s, ego=self._records.ego(self._motion.state(pose_time)), actors=actors)
+
+    def _labelled(self) -> tuple[np.ndarray, np.ndarray]:
+        """(indices, distances) of the pedestrians that make the frame positive, nearest first."""
+        time = self._pose_time(self.time_s)
+        owners = np.unique(self._stay_owner[(self._stay_start_s <= time) & (time < self._stay_end_s)])
+        if owners.size == 0:
+            return owners, np.zeros(0)
+        ego, people = self._present()
+        ahead = people.x[owners] - ego.front_m
+        forward = people.x[owners] - (ego.x_m + self._mount_x_m)
+        bearing = np.arctan2(np.abs(people.y[owners] - self._lane_y_m), forward)
+        seen = (ahead > 0) & (ahead <= self._label.range_m) & (bearing <= self._half_fov_rad)
+        order = np.argsort(ahead[seen], kind="stable")
+        return owners[seen][order], ahead[seen][order]
+
+    def crossing_ids(self) -> tuple[int, ...]:
+        """Actor ids of the pedestrians that make the label 1, nearest first."""
+        return tuple(int(i) for i in self._records.pedestrian_ids[self._labelled()[0]])
+
+    def _crossing_in_s(self) -> float:
+        """Time until a pedestrian ahead steps onto the carriageway to cross; 0: one is on it, nan: never."""
+        if self._stay_owner.size == 0:
+            return math.nan
+        ego, people = self._present()
+        time = self._pose_time(self.time_s)
+        relevant = (self._stay_end_s > time) & (people.x[self._stay_owner] > ego.front_m)
+        if not relevant.any():
+            return math.nan
+        return float(max(0.0, self._stay_start_s[relevant].min() - time))
+
+    def _time_to_vehicle_s(self) -> float:
+        """Time to touch a vehicle ahead in the ego's way, both holding their speeds; inf without one."""
+        ego, soonest = self._present()[0], math.inf
+        time = self._pose_time(self.time_s)
+        for index, mover in self._lane_vehicles:
+            spec = self.scenario.vehicles[index]
+            x, speed = spec.x_m, 0.0
+            if mover is not None:
+                x, speed = (float(values[mover]) for values in self._traffic.poses(time)[:2])
+            size = vehicle_size(spec.model)
+            along = size.length_m * abs(math.cos(spec.yaw_rad)) + size.width_m * abs(math.sin(spec.yaw_rad))
+            gap = x - 0.5 * along - ego.front_m - self._label.conflict_margin_m
+            closing = ego.speed_mps - speed * math.cos(spec.yaw_rad)
+            if x > ego.x_m and closing > _LANE_CONFLICT_TINY_MPS:
+                soonest = min(soonest, max(0.0, gap) / closing)
+        return soonest
+
+    def facts(self) -> dict[str, Any]:
+        """What the world knows of INFO_KEYS, now: plain scalars."""
+        ego = self.ego
+        labelled, distances = self._labelled()
+        ttc = min(
+            self._conflicts.time_to_contact_s(self._pose_time(self.time_s), ego.x_m, ego.speed_mps),
+            self._time_to_vehicle_s(),
+        )
+        horizon = self._label.conflict_horizon_s
+        return {
+            "time_s": self.time_s,
+            "crossing": int(labelled.size > 0),
+            "crossing_in_s": self._crossing_in_s(),
+            "conflict": ttc <= horizon,
+            "ttc_s": ttc if ttc <= horizon else math.inf,
+            "distance_m": float(distances[0]) if distances.size else math.inf,
+            "speed_mps": ego.speed_mps,
+            "acceleration_mps2": ego.acceleration_mps2,
+            "demand_mps2": self._demand_mps2,
+            "position_m": ego.front_m,
+            "impact_speed_mps": self.impact_speed_mps,
+            "collided_with": self.collided_with,
+            "outcome": self.outcome.value,
+        }
