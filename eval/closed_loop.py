@@ -14,6 +14,7 @@ from typing import Any
 from agents import CONTROLS, AebConfig, make_control
 from eval.detectors import DetectorSpec, load_detector, resolve_detectors
 from eval.jobs import EnvFactory, Job, Loader, make_env, play_jobs
+from eval.provenance import provenance
 from eval.store import RowLog, prepare_folder, write_json, write_rows
 from pedcross_env import __version__
 from pedcross_env.config import CameraConfig, EgoConfig, EnvConfig, LabelConfig, TrafficConfig, require
@@ -177,8 +178,7 @@ def _row_key(row: dict[str, Any]) -> tuple[Any, ...]:
 
 def _provenance(config: EvaluateConfig, specs: Sequence[DetectorSpec]) -> dict[str, Any]:
     settings = json.loads(json.dumps(dataclasses.asdict(config), default=str))
-    return {
-        "version": __version__,
+    return provenance() | {
         "settings": settings,
         "controls": {name: make_control(name).note for name in config.controls},
         "detectors": [dataclasses.asdict(spec) for spec in specs],

@@ -14,9 +14,9 @@ import numpy as np
 
 from eval import metrics
 from eval.detectors import DetectorSpec, load_detector, resolve_detectors
+from eval.provenance import provenance
 from eval.statistics import clustered_bootstrap
 from eval.store import prepare_folder, write_json, write_rows
-from pedcross_env import __version__
 from pedcross_env.config import require
 from pedcross_env.errors import ConfigError, DataError, unknown_name
 
@@ -256,8 +256,7 @@ def _read_images(config: BenchmarkConfig, video: Any, tally: _Tally) -> list[np.
 
 
 def _provenance(config: BenchmarkConfig, specs: Sequence[DetectorSpec]) -> dict[str, Any]:
-    return {
-        "version": __version__,
+    return provenance() | {
         "settings": json.loads(json.dumps(dataclasses.asdict(config), default=str)),
         "detectors": [dataclasses.asdict(spec) for spec in specs],
     }

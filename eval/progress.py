@@ -1,0 +1,42 @@
+"""A progress bar that any of the long functions can report to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+__all__ = ["bar"]
+
+
+@contextmanager
+def bar(title: str, console: Console) -> Iterator[Callable[[int, int, str], None]]:
+    """Show a bar while the block runs.
+
+    Yields:
+        A function of (done, total, what was last), as ``generate``, ``benchmark`` and ``evaluate`` call it.
+        What was done before the first call counts as done, not as speed.
+    """
+    columns = (
+        TextColumn("{task.description}"), BarColumn(bar_width=24), MofNCompleteColumn(), TimeElapsedColumn(),
+        TextColumn("left"), TimeRemainingColumn(), TextColumn("[dim]{task.fields[what]}"),
+    )  # fmt: skip
+    with Progress(*columns, console=console) as progress:
+        task = progress.add_task(title, total=None, what="")
+
+        def report(done: int, total: int, what: str) -> None:
+            progress.update(task, completed=done, total=total, what=what)
+
+        yield report
+    if not console.is_terminal:
+        finished = progress.tasks[0]
+        console.print(f"{title}: {finished.completed:g} of {finished.total or 0:g}", highlight=False)
