@@ -63,9 +63,8 @@ def main() -> None:
                 return step_counts(state, frame, t, config, counts)  # noqa: B023
 
             ms = milliseconds(events, frames, config), milliseconds(only_counts, frames, config)
-            print(
-                f"{scene:12s} {label:8s} step {ms[0]:.2f} ms  step_counts {ms[1]:.2f} ms  {np.mean(totals):.0f} events"
-            )
+            times = f"step {ms[0]:.2f} ms  step_counts {ms[1]:.2f} ms"
+            print(f"{scene:12s} {label:8s} {times}  {np.mean(totals):.0f} events")
     luminance = np.exp(scenes["full motion"][0])
     log_luminance(luminance, 0.01)
     start = time.process_time()

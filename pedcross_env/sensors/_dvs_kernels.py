@@ -16,6 +16,7 @@ __all__ = ["add_background", "advance", "log_in_place", "spread_thresholds", "un
 
 _SQRT_HALF_BITS = np.int32(0x3F3504F3)
 _LN2 = np.float32(0.6931471805599453)
+_THIRD, _FIFTH, _SEVENTH, _NINTH = np.float32(1 / 3), np.float32(1 / 5), np.float32(1 / 7), np.float32(1 / 9)
 _TOLERANCE = np.float32(1e-6)  # smaller changes are none
 _MIN_THRESHOLD = np.float32(0.01)
 _NS = 1e9
@@ -41,9 +42,7 @@ def log_in_place(values: np.ndarray) -> None:
             m = mantissa[i]
             s = (m - np.float32(1)) / (m + np.float32(1))
             q = s * s
-            series = q * (
-                np.float32(1 / 3) + q * (np.float32(1 / 5) + q * (np.float32(1 / 7) + q * np.float32(1 / 9)))
-            )
+            series = q * (_THIRD + q * (_FIFTH + q * (_SEVENTH + q * _NINTH)))
             out[i] = exponent[i] * _LN2 + np.float32(2) * (s + s * series)
 
 
@@ -74,7 +73,7 @@ def _count(index: int, on: bool, counts: np.ndarray) -> None:
 
 @njit(cache=True, inline="always")
 def _sort_key(index: int, on: bool, t_ns: int, bits: int) -> np.uint64:
-    """Pack time since the last frame, pixel and polarity so that sorted keys are events sorted by (t, y, x, pol)."""
+    """Pack time since the last frame, pixel and polarity: sorted keys are events sorted by (t, y, x, pol)."""
     return (np.uint64(t_ns) << np.uint64(bits)) | (np.uint64(index) << np.uint64(1)) | np.uint64(on)
 
 
@@ -86,7 +85,7 @@ def _reaches_shared(frame: np.ndarray, reference: np.ndarray, positive: float, n
         above = frame[i] >= reference[i] + positive
         below = frame[i] <= reference[i] - negative
         hits |= np.uint8(above) | np.uint8(below)
-    return hits > 0
+    return bool(hits > 0)
 
 
 @njit(cache=True, error_model="numpy")
@@ -97,14 +96,29 @@ def _reaches(frame: np.ndarray, reference: np.ndarray, positive: np.ndarray, neg
         above = frame[i] >= reference[i] + positive[i]
         below = frame[i] <= reference[i] - negative[i]
         hits |= np.uint8(above) | np.uint8(below)
-    return hits > 0
+    return bool(hits > 0)
 
 
 @njit(cache=True, error_model="numpy")
 def advance(
-    previous, reference, last_event_s, frame, positive, negative, out_previous, out_reference, out_last_s,
-    t0_ns, t1_ns, refractory_ns, sigma, key, counts, keys, bits,
-):  # type: ignore[no-untyped-def]  # fmt: skip
+    previous: np.ndarray,
+    reference: np.ndarray,
+    last_event_s: np.ndarray,
+    frame: np.ndarray,
+    positive: np.ndarray,
+    negative: np.ndarray,
+    out_previous: np.ndarray,
+    out_reference: np.ndarray,
+    out_last_s: np.ndarray,
+    t0_ns: int,
+    t1_ns: int,
+    refractory_ns: int,
+    sigma: float,
+    key: np.uint64,
+    counts: np.ndarray,
+    keys: np.ndarray,
+    bits: int,
+) -> int:
     """Find every threshold crossing between two frames; return how many events there are.
 
     Keys beyond the room in ``keys`` are counted but not kept.
@@ -119,14 +133,15 @@ def advance(
     for begin in range(0, frame.size, _TILE):
         stop = min(begin + _TILE, frame.size)
         # Most of a street stands still: a vectorised look tells whether any pixel of a tile can fire.
-        if sigma == 0 and shared:
-            if not _reaches_shared(frame[begin:stop], reference[begin:stop], positive[0], negative[0]):
-                continue
-        elif sigma == 0:
-            if not _reaches(
-                frame[begin:stop], reference[begin:stop], positive[begin:stop], negative[begin:stop]
-            ):
-                continue
+        ends, levels = frame[begin:stop], reference[begin:stop]
+        if sigma > 0:
+            quiet = False
+        elif shared:
+            quiet = not _reaches_shared(ends, levels, positive[0], negative[0])
+        else:
+            quiet = not _reaches(ends, levels, positive[begin:stop], negative[begin:stop])
+        if quiet:
+            continue
         for i in range(begin, stop):
             start, end, level = previous[i], frame[i], reference[i]
             on = end >= start

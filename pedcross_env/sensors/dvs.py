@@ -1,7 +1,7 @@
 """The event camera: CARLA's ``sensor.camera.dvs``, bit for bit, on log luminance of any source.
 
-Source of the rule: CARLA's DVS sensor (MIT), itself after ESIM (Rebecq et al., CoRL 2018). All of it in float32:
-between two frames each pixel's value runs straight; an event falls wherever it crosses the pixel's
+Source of the rule: CARLA's DVS sensor (MIT), itself after ESIM (Rebecq et al., CoRL 2018). All of it in
+float32: between two frames each pixel's value runs straight; an event falls wherever it crosses the pixel's
 reference plus or minus a threshold, and the reference moves there, even when the refractory period hides
 the event.
 """
@@ -135,7 +135,7 @@ def _run(
     counts: np.ndarray,
     keys: np.ndarray,
 ) -> tuple[DvsState, int]:
-    """Advance by one frame; write to ``counts`` if it has rows, else to ``keys``; return the number of events."""
+    """Advance by one frame; write to ``counts`` if it has rows, else to ``keys``; count the events."""
     log_frame = _check_frame(log_frame, state.log_frame.shape)
     require(time_ns > state.time_ns, "time_ns", time_ns, f"later than the previous frame's {state.time_ns}")
     bits = _index_bits(log_frame.size)
@@ -219,8 +219,9 @@ def step_counts(
     Returns:
         The new state, the same as step's.
     """
-    require(counts.shape == (*log_frame.shape, 2) and counts.dtype in (np.uint8, np.uint16) and counts.flags.c_contiguous,
-            "counts", (counts.dtype, counts.shape), f"C-contiguous uint8 or uint16 of shape {(*log_frame.shape, 2)}")  # fmt: skip
+    shape = (*log_frame.shape, 2)
+    fits = counts.shape == shape and counts.dtype in (np.uint8, np.uint16) and counts.flags.c_contiguous
+    require(fits, "counts", (counts.dtype, counts.shape), f"C-contiguous uint8 or uint16 of shape {shape}")
     return _run(state, log_frame, time_ns, config, counts.reshape(-1, 2), _NO_KEYS)[0]
 
 

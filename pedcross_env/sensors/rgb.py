@@ -71,7 +71,7 @@ def metered_white(luminance: np.ndarray, config: RgbConfig) -> float:
 
 
 def exposure_time_s(state: RgbState, config: RgbConfig) -> float:
-    """How long the shutter will be open for the next frame (for streaks and blur); longest before the first."""
+    """How long the shutter will be open for the next frame (streaks, blur); longest before the first."""
     if state.white_cd_m2 is None:
         return config.longest_exposure_s
     return config.longest_exposure_s * min(1.0, config.base_white_cd_m2 / state.white_cd_m2)

@@ -53,8 +53,8 @@ class CarlaWeather:
             require(math.isfinite(value), f"CarlaWeather.{field.name}", value, "finite")
         for name in _PERCENTS:
             require(0 <= getattr(self, name) <= 100, f"CarlaWeather.{name}", getattr(self, name), "0 to 100")
-        require(-90 <= self.sun_altitude_angle <= 90, "CarlaWeather.sun_altitude_angle", self.sun_altitude_angle,
-                "-90 to 90")  # fmt: skip
+        altitude = self.sun_altitude_angle
+        require(-90 <= altitude <= 90, "CarlaWeather.sun_altitude_angle", altitude, "-90 to 90")
         for name in ("fog_distance", "fog_falloff"):
             require(getattr(self, name) >= 0, f"CarlaWeather.{name}", getattr(self, name), "0 or more")
 
