@@ -109,7 +109,8 @@ def _strict(cls: type, values: Any, where: Path) -> Any:
         raise DataError(f"{where}: lacks {', '.join(lacking)}.")
     arguments = {}
     for key, value in values.items():
-        plain = {int: int, float: (int, float), str: str}.get(hints[key])
+        kinds: dict[Any, Any] = {int: int, float: (int, float), str: str}
+        plain = kinds.get(hints[key])
         if plain is not None and (not isinstance(value, plain) or isinstance(value, bool)):
             raise DataError(f"{where}: {key} = {value!r} is not allowed: it must be {hints[key].__name__}.")
         nested = hints[key] is Preprocess
@@ -158,8 +159,8 @@ def _folder(path: str | Path) -> Path:
         return shipped[str(path)]
     match = nearest(str(path), shipped)
     raise DataError(
-        f"no checkpoint {str(path)!r}: neither a folder nor one that is shipped ({', '.join(shipped) or 'none'})."
-        + (f" Did you mean {match!r}?" if match else "")
+        f"no checkpoint {str(path)!r}: neither a folder nor one that is shipped"
+        f" ({', '.join(shipped) or 'none'})." + (f" Did you mean {match!r}?" if match else "")
     )
 
 

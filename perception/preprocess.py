@@ -74,7 +74,8 @@ class Preprocess:
             )
         if not 0 <= self.crop_top < self.crop_bottom <= 1:
             raise ConfigError(
-                f"crop_top, crop_bottom = {self.crop_top}, {self.crop_bottom}: must be 0 <= top < bottom <= 1."
+                f"crop_top, crop_bottom = {self.crop_top}, {self.crop_bottom}: must be 0 <= top < bottom"
+                " <= 1."
             )
         if not 1 <= self.count_clip <= 255:
             raise ConfigError(f"count_clip = {self.count_clip!r} is not allowed: it must be 1 to 255.")
@@ -132,8 +133,8 @@ class Preprocess:
                 f"expected (H, W, {inputs}) uint8."
             )
         height = image.shape[0]
-        top = min(int(round(self.crop_top * height)), height - 1)
-        image = image[top : max(int(round(self.crop_bottom * height)), top + 1)]
+        top = min(round(self.crop_top * height), height - 1)
+        image = image[top : max(round(self.crop_bottom * height), top + 1)]
         if self.modality == "dvs":
             image = grey_frame(image)[..., None] if self.channels == 1 else self._encode_counts(image)
         return self._resize(image)
@@ -173,8 +174,8 @@ class Preprocess:
         """
         if self.modality not in observation:
             raise ConfigError(
-                f"the observation has {', '.join(observation) or 'no keys'} but this detector reads {self.modality!r}; "
-                f"add {self.modality!r} to the environment's modalities."
+                f"the observation has {', '.join(observation) or 'no keys'} but this detector reads"
+                f" {self.modality!r}; add {self.modality!r} to the environment's modalities."
             )
         return self.shrink(np.asarray(observation[self.modality]))
 

@@ -29,9 +29,9 @@ def score(labels: np.ndarray, probabilities: np.ndarray, threshold: float, prefi
     positive = labels.any()
     values = {
         "auroc": float(roc_auc_score(labels, probabilities)) if both else float("nan"),
-        "average_precision": float(average_precision_score(labels, probabilities))
-        if positive
-        else float("nan"),
+        "average_precision": (
+            float(average_precision_score(labels, probabilities)) if positive else float("nan")
+        ),
         "f1": float(f1_score(labels, probabilities >= threshold)) if positive else float("nan"),
         "brier": float(np.mean((probabilities - labels) ** 2)) if len(labels) else float("nan"),
         "clips": len(labels),

@@ -164,7 +164,8 @@ def train(config: TrainConfig, *, command: str = "", console: Console | None = N
     state = peek(run) or RunState(identity=identity)
     if state.identity != identity:
         raise ConfigError(
-            f"{str(config.out)!r} holds a run with other settings or data; choose another out folder or delete it."
+            f"{str(config.out)!r} holds a run with other settings or data; choose another out folder or"
+            " delete it."
         )
     if state.finished and not _may_go_on(config, state):
         stored = read_config(config.out)
@@ -297,8 +298,9 @@ class _Trainer:
         mean = float(np.mean(list(rates.values())))
         if mean < MIN_FIRING_RATE:
             raise PedcrossError(
-                f"epoch {epoch + 1}: the network fires {mean:.2%} of the time, below {MIN_FIRING_RATE:.1%}: it says "
-                "nothing about its input. Use event frames or counts, a larger width, or another recipe."
+                f"epoch {epoch + 1}: the network fires {mean:.2%} of the time, below {MIN_FIRING_RATE:.1%}:"
+                " it says nothing about its input. Use event frames or counts, a larger width, or another"
+                " recipe."
             )
         silent = [f"{name} {rate:.3%}" for name, rate in rates.items() if rate < MIN_FIRING_RATE]
         if silent and epoch == 0:
@@ -316,9 +318,9 @@ class _Trainer:
     def _report(self, record: dict[str, Any], run: Path) -> None:
         firing = f"  firing {record['mean_firing_rate']:.1%}" if "mean_firing_rate" in record else ""
         self.console.print(
-            f"epoch {record['epoch']:3d}/{self.epochs}  loss {record['train_loss']:.4f}  validation "
-            f"{record['validation_loss']:.4f}  AUROC {record['validation_auroc']:.4f}{firing}  {record['seconds']:.1f} s"
-            + ("  *" if self.state.best_epoch == record["epoch"] else "")
+            f"epoch {record['epoch']:3d}/{self.epochs}  loss {record['train_loss']:.4f}  validation"
+            f" {record['validation_loss']:.4f}  AUROC {record['validation_auroc']:.4f}{firing} "
+            f" {record['seconds']:.1f} s" + ("  *" if self.state.best_epoch == record["epoch"] else "")
         )
         if self.config.tensorboard:
             from torch.utils.tensorboard import SummaryWriter
@@ -378,8 +380,9 @@ def _load_parts(
         )
         if not 0 < positives < len(data):
             raise DataError(
-                f"the {part} part has {positives} positive of {len(data)} clips ({len(data.video_names)} videos): both "
-                "classes are needed. Record more videos, set stratify=True, or choose another split_seed."
+                f"the {part} part has {positives} positive of {len(data)} clips ({len(data.video_names)}"
+                " videos): both classes are needed. Record more videos, set stratify=True, or choose another"
+                " split_seed."
             )
         parts[part] = data
     skipped, empty = sum(len(f.skipped) for f in folders), sum(len(f.empty) for f in folders)

@@ -123,7 +123,12 @@ class ClipDataset:
         on_error: OnError = "raise",
     ) -> ClipDataset:
         """Load videos and cut windows of ``frames`` that share ``overlap`` frames with the next."""
-        images, names, index, labels, short, errors = [], [], [], [], [], []
+        images: list[np.ndarray] = []
+        index: list[np.ndarray] = []
+        labels: list[np.ndarray] = []
+        names: list[str] = []
+        short: list[str] = []
+        errors: list[str] = []
         for video in videos:
             name = f"{video.subset}/{video.name}"
             array, kept, lost = load_video(video, preprocess, cache_dir=cache_dir, on_error=on_error)

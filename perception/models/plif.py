@@ -70,7 +70,8 @@ class PLIF(neuron.ParametricLIFNode):
 
     def multi_step_forward(self, x_seq: torch.Tensor) -> torch.Tensor:
         """Map currents (T, N, ...) to spikes of the same shape and dtype; the membrane stays in ``v``."""
-        v0 = self.v if isinstance(self.v, torch.Tensor) else torch.zeros_like(x_seq[0], dtype=torch.float32)
+        stored: Any = self._memories["v"]
+        v0 = stored if isinstance(stored, torch.Tensor) else torch.zeros_like(x_seq[0], dtype=torch.float32)
         spikes, self.v = _PlifSequence.apply(
             x_seq, v0, self.w, self.v_threshold, self.surrogate_function.alpha
         )

@@ -26,7 +26,8 @@ def stem_width(width: float) -> int:
     channels = 64 * width
     if not (4 <= channels <= 256) or channels != int(channels):
         raise ConfigError(
-            f"width = {width!r} is not allowed: 64 * width must be a whole number from 4 to 256, e.g. 0.25 or 1.0."
+            f"width = {width!r} is not allowed: 64 * width must be a whole number from 4 to 256, e.g. 0.25 or"
+            " 1.0."
         )
     return int(channels)
 

@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+
+from pedcross_env.errors import ConfigError
+from perception.preprocess import IMAGENET_MEAN, IMAGENET_STD, Preprocess
+
+
+def test_rgb_is_scaled_and_normalised_by_channel():
+    image = np.full((64, 112, 3), (0, 128, 255), np.uint8)
+    planes = Preprocess.paper("rgb", 32, 16)(image)
+    expected = (np.array([0, 128, 255]) / 255 - IMAGENET_MEAN) / np.array(IMAGENET_STD)
+    assert planes.shape == (3, 16, 32)
+    assert planes.dtype == np.float32
+    np.testing.assert_allclose(planes.mean(axis=(1, 2)), expected, rtol=1e-5)
+
+
+def test_rows_outside_the_band_are_never_seen():
+    image = np.zeros((100, 60, 3), np.uint8)
+    image[:30], image[80:] = 255, 255
+    assert not Preprocess.compact("rgb").shrink(image).any()
+    image[30] = 255
+    assert Preprocess.compact("rgb").shrink(image).any()
+
+
+def test_area_of_counts_is_their_mean_and_saturates_at_the_clip():
+    counts = np.zeros((64, 128, 2), np.uint8)
+    counts[0:4, 0:4, 0] = 2
+    counts[0, 0, 1] = 200
+    view = Preprocess(
+        modality="dvs", channels=2, width_px=32, height_px=16, crop_top=0, crop_bottom=1, count_clip=4
+    )
+    planes = view(counts)
+    assert planes[0, 0, 0] == pytest.approx(2 / 4, abs=1 / 255)
+    assert planes[1, 0, 0] == pytest.approx(1 / 16, abs=1 / 255)
+    assert planes.sum() == pytest.approx(planes[0, 0, 0] + planes[1, 0, 0])
+
+
+def test_max_keeps_a_single_event_that_nearest_may_lose():
+    counts = np.zeros((64, 128, 2), np.uint8)
+    counts[33, 65, 0] = 4
+    sums = {}
+    for resize in ("max", "nearest"):
+        view = Preprocess(
+            modality="dvs", channels=2, width_px=32, height_px=16, resize=resize, crop_top=0, crop_bottom=1
+        )
+        sums[resize] = float(view(counts).sum())
+    assert sums == {"max": 1.0, "nearest": 0.0}
+
+
+def test_the_papers_event_view_is_one_grey_channel_in_the_unit_range():
+    counts = np.zeros((32, 64, 2), np.uint8)
+    counts[4, 5, 0] = counts[8, 9, 1] = 1
+    planes = Preprocess.paper("dvs", 64, 32)(counts)
+    assert planes.shape == (1, 32, 64)
+    assert set(np.argwhere(planes[0] > 0).ravel().tolist()) == {4, 5, 8, 9}
+    assert planes.max() <= 1
+
+
+@pytest.mark.parametrize(
+    ("settings", "match"),
+    [
+        ({"modality": "lidar", "channels": 1}, "lidar"),
+        ({"modality": "rgb", "channels": 2}, "channels = 2"),
+        ({"modality": "rgb", "channels": 3, "crop_top": 0.9}, "crop_top"),
+        ({"modality": "rgb", "channels": 3, "resize": "are"}, "area"),
+        ({"modality": "rgb", "channels": 3, "mean": (0.5,)}, "mean"),
+        ({"modality": "dvs", "channels": 2, "count_clip": 0}, "count_clip"),
+        ({"modality": "dvs", "channels": 2, "width_px": 4}, "width_px"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(settings, match):
+    with pytest.raises(ConfigError, match=match):
+        Preprocess(**settings)
+
+
+def test_images_of_another_kind_are_refused():
+    with pytest.raises(ConfigError, match="uint8"):
+        Preprocess.compact("rgb").shrink(np.zeros((8, 8, 3)))
+    with pytest.raises(ConfigError, match="add 'dvs'"):
+        Preprocess.compact("dvs").of_observation({"rgb": np.zeros((8, 8, 3), np.uint8)})
