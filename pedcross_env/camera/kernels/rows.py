@@ -1,0 +1,194 @@
+"""Loops over one row of pixels: coverage, merging within an object, compositing onto the frame.
+
+All arrays are row slices of the same length; the loops are free of branches, so that they vectorise.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+__all__ = ["add_face", "composite_row", "coverage_row", "exp_minus", "hash01", "lerp_row", "merge_row"]
+
+F0, F1, HALF = np.float32(0), np.float32(1), np.float32(0.5)
+FAR = np.float32(1e-9)  # added to inverse depths where nothing is
+
+
+@njit(cache=True, inline="always")
+def exp_minus(x):
+    """Return exp(-x) for x >= 0 within 1e-4 up to x = 8 (series of exp(x / 16), four squarings)."""
+    y = min(x, np.float32(80.0)) * np.float32(0.0625)
+    p = F1 + y * (F1 + y * (HALF + y * (np.float32(1 / 6) + y * (np.float32(1 / 24) + y * np.float32(1 / 120)))))
+    p = p * p
+    p = p * p
+    p = p * p
+    p = p * p
+    return F1 / p
+
+
+@njit(cache=True, inline="always")
+def hash01(a, b):
+    """Hash two integers to [0, 1)."""
+    h = np.uint32(a) * np.uint32(374761393) + np.uint32(b) * np.uint32(668265263)
+    h = (h ^ (h >> np.uint32(13))) * np.uint32(1274126177)
+    h = h ^ (h >> np.uint32(16))
+    return np.float32(h & np.uint32(0xFFFFFF)) * np.float32(1.0 / 16777216.0)
+
+
+@njit(cache=True)
+def _edge_pass(xs, slope, offset, side):
+    for i in range(xs.shape[0]):
+        side[i] = min(side[i], max(F0, min(F1, slope * xs[i] + offset)))
+
+
+@njit(cache=True)
+def _sides_to_coverage(left, right, top, bottom, out):
+    for i in range(out.shape[0]):
+        across = max(F0, left[i] + right[i] - F1)
+        out[i] = across * max(F0, top[i] + bottom[i] - F1)
+
+
+@njit(cache=True)
+def coverage_row(edges, count, y, xs, sides, out):
+    """Share of each pixel that a convex polygon covers.
+
+    A half-plane covers the clamp of its distance in L1 norm. Opposite sides add (exact for slivers), the horizontal
+    and the vertical pair multiply (exact for upright corners).
+
+    Args:
+        edges: (>= count, 3) float32; a x + b y + c is the distance inside, |a| + |b| = 1.
+        count: Number of edges.
+        y: The row's centre.
+        xs: (n,) pixel centres.
+        sides: (4, n) work space.
+        out: (n,) coverage.
+    """
+    for k in range(4):
+        sides[k, :] = F1
+    for k in range(count):
+        a, b = edges[k, 0], edges[k, 1]
+        offset = b * y + edges[k, 2] + HALF
+        if abs(a) >= abs(b):
+            _edge_pass(xs, a, offset, sides[0] if a > F0 else sides[1])
+        else:
+            _edge_pass(xs, a, offset, sides[2] if b > F0 else sides[3])
+    _sides_to_coverage(sides[0], sides[1], sides[2], sides[3], out)
+
+
+@njit(cache=True)
+def add_face(xs, coverage, inverse0, inverse_slope, weight, inverse):
+    """Add a face's coverage and its inverse depth, weighted, to the sums of its polyhedron."""
+    for i in range(xs.shape[0]):
+        weight[i] += coverage[i]
+        inverse[i] += coverage[i] * (inverse0 + inverse_slope * xs[i])
+
+
+@njit(cache=True)
+def lerp_row(coverage, value, plane):
+    """Paint ``value`` over a plane by coverage."""
+    for i in range(coverage.shape[0]):
+        plane[i] += coverage[i] * (value - plane[i])
+
+
+@njit(cache=True)
+def _merge_weights(alpha_new, inverse_new, alpha, inverse, front, back):
+    for i in range(alpha.shape[0]):
+        near = inverse_new[i] >= inverse[i]
+        a, old = alpha_new[i], alpha[i]
+        total = min(F1, a + old)
+        front[i] = a if near else total - old
+        back[i] = min(F1, (F1 - a) / max(old, np.float32(1e-6))) if near else F1
+        alpha[i] = total
+        inverse[i] = max(inverse[i], inverse_new[i] if a > np.float32(0.004) else F0)
+
+
+@njit(cache=True)
+def _merge_plane(colour, front, back, plane):
+    for i in range(plane.shape[0]):
+        plane[i] = plane[i] * back[i] + colour[i] * front[i]
+
+
+@njit(cache=True)
+def merge_row(colours, alpha_new, inverse_new, planes, alpha, inverse, work):
+    """Unite a primitive with its object: the nearer covers, coverage adds up to 1 (no seams).
+
+    Args:
+        colours: (C, n) radiance of the primitive, not premultiplied.
+        alpha_new: (n,) its coverage.
+        inverse_new: (n,) its inverse depth.
+        planes: (C, n) the object's premultiplied radiance.
+        alpha: (n,) the object's coverage.
+        inverse: (n,) the object's nearest inverse depth, 0 where it is not.
+        work: (2, n).
+    """
+    _merge_weights(alpha_new, inverse_new, alpha, inverse, work[0], work[1])
+    for c in range(planes.shape[0]):
+        _merge_plane(colours[c], work[0], work[1], planes[c])
+
+
+@njit(cache=True)
+def _composite_weights(alpha_new, inverse_new, beta, alpha, nearest, front, back, haze, owner):
+    for i in range(alpha.shape[0]):
+        a, old = alpha_new[i], alpha[i]
+        near = inverse_new[i] > nearest[i]
+        free = F1 - old
+        share = a if near else a * free
+        keep = F1 - a if near else F1
+        passed = exp_minus(beta / max(inverse_new[i], np.float32(1e-5)))
+        scale = F1 if near else free
+        front[i] = scale * passed
+        haze[i] = share * (F1 - passed)
+        back[i] = keep
+        alpha[i] = old * keep + share
+        owner[i] = share
+
+
+@njit(cache=True)
+def _composite_plane(colour, front, back, haze, air, plane):
+    for i in range(plane.shape[0]):
+        plane[i] = plane[i] * back[i] + colour[i] * front[i] + haze[i] * air
+        colour[i] = F0
+
+
+@njit(cache=True)
+def _composite_owner(alpha_new, inverse_new, share, back, ident, nearest, weight, depth_inverse, ids):
+    for i in range(share.shape[0]):
+        kept = weight[i] * back[i]
+        takes = share[i] > kept
+        weight[i] = share[i] if takes else kept
+        depth_inverse[i] = inverse_new[i] if takes else depth_inverse[i]
+        ids[i] = ident if takes else ids[i]
+        nearest[i] = max(nearest[i], inverse_new[i] if alpha_new[i] > np.float32(0.004) else F0)
+
+
+@njit(cache=True)
+def _clear(alpha, inverse):
+    for i in range(alpha.shape[0]):
+        alpha[i] = F0
+        inverse[i] = F0
+
+
+@njit(cache=True)
+def composite_row(planes, alpha_new, inverse_new, beta, air, ident, out, alpha, nearest, weight, depth_inverse, ids, work):
+    """Put an object's row onto the frame, fog applied, over what is farther and under what is nearer; clear it.
+
+    Args:
+        planes: (C, n) premultiplied radiance of the object; zeroed.
+        alpha_new: (n,) its coverage; zeroed.
+        inverse_new: (n,) its inverse depth; zeroed.
+        beta: Extinction per metre along the optical axis.
+        air: (C,) airlight.
+        ident: Instance id.
+        out: (C, n) premultiplied radiance of the frame.
+        alpha: (n,) coverage of the frame.
+        nearest: (n,) nearest inverse depth seen so far.
+        weight: (n,) visible share of the pixel's owner.
+        depth_inverse: (n,) inverse depth of the owner.
+        ids: (n,) id of the owner.
+        work: (4, n).
+    """
+    _composite_weights(alpha_new, inverse_new, beta, alpha, nearest, work[0], work[1], work[2], work[3])
+    for c in range(out.shape[0]):
+        _composite_plane(planes[c], work[0], work[1], work[2], air[c], out[c])
+    _composite_owner(alpha_new, inverse_new, work[3], work[1], ident, nearest, weight, depth_inverse, ids)
+    _clear(alpha_new, inverse_new)

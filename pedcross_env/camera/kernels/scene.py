@@ -1,0 +1,267 @@
+"""One frame: actors and static groups front to back, facades, then ground and sky under what is left."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from pedcross_env.camera.kernels.capsules import draw_capsule
+from pedcross_env.camera.kernels.facade import draw_panel
+from pedcross_env.camera.kernels.lighting import (
+    ENV_AIR, ENV_BEAM_AXES, ENV_BEAM_POSITION, ENV_BEAM_TINT, ENV_BETA, ENV_LAMP, ENV_SUN, ENV_SUN_DIRECTION, beam_candela,
+    face_radiance, head_irradiance, light_field,
+)  # fmt: skip
+from pedcross_env.camera.kernels.polygons import draw_polyhedron
+from pedcross_env.camera.kernels.pose import BODY_JOINTS, pose_body
+from pedcross_env.camera.kernels.rows import composite_row
+
+__all__ = ["draw_scene"]
+
+LUMA_R, LUMA_G, LUMA_B = 0.2126, 0.7152, 0.0722
+
+
+@njit(cache=True)
+def _to_camera(rotation, camera, x, y, z, out):
+    dx, dy, dz = x - camera[0], y - camera[1], z - camera[2]
+    for k in range(3):
+        out[k] = rotation[k, 0] * dx + rotation[k, 1] * dy + rotation[k, 2] * dz
+
+
+@njit(cache=True)
+def _capsule_lit(p0, p1, r0, r1, albedo, shine, env, lamps, beams, table, optics, xs, size, scratch, buf, box):
+    """Light one capsule at its middle (the ego's beam at both ends) and draw it."""
+    channels = scratch[0].shape[0]
+    middle, field = np.empty(3), np.empty((3, 4))
+    for k in range(3):
+        middle[k] = 0.5 * (p0[k] + p1[k])
+    light_field(middle, env, lamps, beams, table, field)
+    beta = env[ENV_BETA]
+    heads = (head_irradiance(p0, env, table, beta), head_irradiance(p1, env, table, beta))
+    light, ends = np.zeros((channels, 5), np.float32), np.zeros((channels, 2), np.float32)
+    for c in range(3):
+        rho = albedo[c] / math.pi
+        weight = 1.0 if channels == 3 else (LUMA_R, LUMA_G, LUMA_B)[c]
+        o = c if channels == 3 else 0
+        for k in range(4):
+            light[o, k] += weight * rho * field[c, k]
+        light[o, 0] += weight * shine * env[ENV_LAMP + c]
+        light[o, 4] += weight * rho * env[ENV_SUN + c]
+        for e in range(2):
+            ends[o, e] += weight * rho * heads[e] * env[ENV_BEAM_TINT + c]
+    sun, head = np.empty(3, np.float32), np.empty(3, np.float32)
+    away = 0.0
+    for k in range(3):
+        away += (env[ENV_BEAM_POSITION + k] - middle[k]) ** 2
+    for k in range(3):
+        sun[k] = env[ENV_SUN_DIRECTION + k]
+        head[k] = (env[ENV_BEAM_POSITION + k] - middle[k]) / math.sqrt(away + 1e-9)
+    draw_capsule(p0, p1, r0, r1, light, ends, sun, head, optics, xs, size, scratch, buf, box)
+
+
+@njit(cache=True)
+def _draw_pedestrian(actor, look, build, body, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch, buf, box):
+    joints, world = np.empty((BODY_JOINTS, 3)), np.empty((BODY_JOINTS, 3))
+    height = actor[8]
+    pose_body(actor[9], actor[10], actor[11], height, build, joints)
+    c, s = math.cos(actor[3]), math.sin(actor[3])
+    for k in range(BODY_JOINTS):
+        jx, jy, jz = joints[k, 0] * height, joints[k, 1] * height, joints[k, 2] * height
+        _to_camera(rotation, camera, actor[0] + c * jx - s * jy, actor[1] + s * jx + c * jy, actor[2] + jz, world[k])
+    for k in range(body.shape[0]):
+        slot = int(body[k, 4])
+        if look[slot, 3] == 0.0:
+            continue
+        scale = build[2] if slot <= 1 else 1.0
+        a, b = int(body[k, 0]), int(body[k, 1])
+        _capsule_lit(
+            world[a], world[b], body[k, 2] * height * scale, body[k, 3] * height * scale, look[slot], 0.0, env, lamps, beams, table,
+            optics, xs, size, scratch, buf, box,
+        )  # fmt: skip
+
+
+@njit(cache=True)
+def _lamp_glow(kind, actor, centre, normal, rotation, env, table, albedo, out):
+    """Add the radiance of a lit head, tail or brake light."""
+    if kind == 1 and actor[13] > 0:
+        yaw = actor[3]
+        forward, left, up = np.empty(3), np.empty(3), np.empty(3)
+        for k in range(3):
+            forward[k] = rotation[k, 0] * math.cos(yaw) + rotation[k, 1] * math.sin(yaw)
+            left[k] = -rotation[k, 0] * math.sin(yaw) + rotation[k, 1] * math.cos(yaw)
+            up[k] = rotation[k, 2]
+        f = l = u = r2 = 0.0
+        for k in range(3):
+            f -= centre[k] * forward[k]
+            l -= centre[k] * left[k]
+            u -= centre[k] * up[k]
+            r2 += centre[k] * centre[k]
+        candela = 0.5 * beam_candela(table, l / f, u / f) if f > 0.05 else 0.0
+        seen = abs(centre[0] * normal[0] + centre[1] * normal[1] + centre[2] * normal[2]) / math.sqrt(r2 + 1e-9)
+        area = 0.035 * max(0.15, seen)
+        for c in range(3):
+            out[c] += actor[13] * (candela / area + 300.0) * env[ENV_BEAM_TINT + c]
+    if kind == 2:
+        level = 220.0 * actor[13] + 2800.0 * actor[12]
+        out[0] += level * 3.6
+        out[1] += level * 0.12
+        out[2] += level * 0.06
+
+
+@njit(cache=True)
+def _draw_vehicle(actor, paint, vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch, buf, box):
+    points, model_points, model_parts, part_faces, face_start, corners, surface, detail, nominal = vehicles
+    channels = scratch[0].shape[0]
+    model = int(actor[5])
+    p0, p1 = model_points[model], model_points[model + 1]
+    local = np.empty((p1 - p0, 3))
+    c, s = math.cos(actor[3]), math.sin(actor[3])
+    cp, sp = math.cos(actor[4]), math.sin(actor[4])
+    sx, sy, sz = actor[6] / nominal[model, 0], actor[7] / nominal[model, 1], actor[8] / nominal[model, 2]
+    for i in range(p1 - p0):
+        x, y, z = points[p0 + i, 0] * sx, points[p0 + i, 1] * sy, points[p0 + i, 2] * sz
+        x, z = x * cp + z * sp, z * cp - x * sp  # nose down positive
+        _to_camera(rotation, camera, actor[0] + c * x - s * y, actor[1] + s * x + c * y, actor[2] + z, local[i])
+    f0, f1 = part_faces[model_parts[model]], part_faces[model_parts[model + 1]]
+    colours = np.zeros((f1 - f0, channels), np.float32)
+    field, centre, normal, rgb, albedo = np.empty((3, 4)), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    _to_camera(rotation, camera, actor[0], actor[1], actor[2] + 0.5 * actor[8], centre)
+    for face in range(f0, f1):
+        a, b = face_start[face], face_start[face + 1]
+        centre[:] = 0.0
+        normal[:] = 0.0
+        for i in range(a, b):
+            j = i + 1 if i + 1 < b else a
+            p, q = local[corners[i]], local[corners[j]]
+            for k in range(3):
+                m, o = (k + 1) % 3, (k + 2) % 3
+                centre[k] += p[k] / (b - a)
+                normal[k] += (p[m] - q[m]) * (p[o] + q[o])
+        norm = math.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2) + 1e-12
+        facing = 0.0
+        for k in range(3):
+            normal[k] /= norm
+            facing += normal[k] * centre[k]
+        if facing >= 0:
+            continue
+        light_field(centre, env, lamps, beams, table, field)
+        head = head_irradiance(centre, env, table, env[ENV_BETA])
+        m = surface[face]
+        for k in range(3):
+            albedo[k] = materials[m, k] if m > 0 else paint[k]
+        face_radiance(centre, normal, albedo, materials[m, 3], env, field, head, rgb)
+        _lamp_glow(int(materials[m, 4]), actor, centre, normal, rotation, env, table, albedo, rgb)
+        for k in range(3):
+            colours[face - f0, k if channels == 3 else 0] += rgb[k] if channels == 3 else (LUMA_R, LUMA_G, LUMA_B)[k] * rgb[k]
+    for part in range(model_parts[model], model_parts[model + 1]):
+        first, last = part_faces[part], part_faces[part + 1]
+        draw_polyhedron(
+            local, first, last, face_start, corners, detail, colours, f0, optics, xs, size, scratch, buf, box,
+        )  # fmt: skip
+
+
+@njit(cache=True)
+def _put(scratch, box, ident, env, air, frame, buf):
+    """Composite an object's scratch planes onto the frame and clear them."""
+    planes, alpha, inverse = scratch
+    out, frame_alpha, nearest, weight, depth_inverse, ids = frame
+    a, b = box[0], box[1]
+    if b <= a:
+        return
+    for row in range(box[2], box[3]):
+        composite_row(
+            planes[:, row, a:b], alpha[row, a:b], inverse[row, a:b], np.float32(env[ENV_BETA]), air, ident, out[:, row, a:b],
+            frame_alpha[row, a:b], nearest[row, a:b], weight[row, a:b], depth_inverse[row, a:b], ids[row, a:b], buf[0:4, : b - a],
+        )  # fmt: skip
+
+
+@njit(cache=True)
+def _reset_box(box, size):
+    box[0], box[1], box[2], box[3] = size[1], 0, size[0], 0
+
+
+@njit(cache=True)
+def _visible(centre, radius, optics, size):
+    """Whether a sphere can reach the image."""
+    focal, cx, cy = optics
+    if centre[2] + radius < 0.1:
+        return False
+    half_w, half_h = (size[1] - cx) / focal, (size[0] - cy) / focal
+    wide, tall = math.sqrt(1 + half_w * half_w), math.sqrt(1 + half_h * half_h)
+    if abs(centre[0]) - half_w * centre[2] > radius * wide:
+        return False
+    return abs(centre[1]) - half_h * centre[2] <= radius * tall
+
+
+@njit(cache=True)
+def draw_scene(actors, idents, looks, builds, body, vehicles, materials, capsules, groups, panels, maps, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch, frame, buf):
+    """Draw all objects, front to back.
+
+    Args:
+        actors: (N, 14) float64: x, y, z, yaw, pitch, model, length, width, height, gait phase, stride, head yaw, brake, headlight.
+        idents: (N, 2) int64: instance id, ActorKind.
+        looks: (N, 8, 4) clothing; a vehicle's paint in [:, 0, :3].
+        builds: (N, 4) body builds.
+        body: (K, 5) capsules of a body.
+        vehicles: The arrays of assets.VehicleTable.
+        materials: (M, 5).
+        capsules: (S, 12) static capsules, see scenery.
+        groups: (G, 7) static groups.
+        panels: (P, PANEL_SIZE).
+        maps: (front lamp maps, map frame).
+        rotation: (3, 3) world to camera.
+        camera: (3,) its position.
+        env: (ENV_SIZE,) see kernels.lighting.
+        lamps: (L, 3) camera coordinates.
+        beams: (B, 13) others' low beams.
+        table: Low-beam candela.
+        optics: (focal, cx, cy).
+        xs: (W,) pixel centres.
+        size: (height, width).
+        scratch: (planes (C, H, W), alpha, inverse depth), zeroed; zeroed again on return.
+        frame: (out (C, H, W), alpha, nearest, weight, depth inverse, ids).
+        buf: (24, W).
+    """
+    n, g = actors.shape[0], groups.shape[0]
+    keys = np.full(n + g, 1e9)
+    centre, end = np.empty(3), np.empty(3)
+    for i in range(n):
+        _to_camera(rotation, camera, actors[i, 0], actors[i, 1], actors[i, 2] + 0.5 * actors[i, 8], centre)
+        radius = 0.5 * math.sqrt(actors[i, 6] ** 2 + actors[i, 7] ** 2 + actors[i, 8] ** 2) * 1.1 + 0.3
+        if _visible(centre, radius, optics, size):
+            keys[i] = centre[2] - 0.5 * actors[i, 6]
+    for i in range(g):
+        _to_camera(rotation, camera, groups[i, 2], groups[i, 3], groups[i, 4], centre)
+        if _visible(centre, groups[i, 5], optics, size):
+            keys[n + i] = centre[2]
+    air = np.zeros(frame[0].shape[0], np.float32)
+    for c in range(3):
+        if air.shape[0] == 3:
+            air[c] = env[ENV_AIR + c]
+        else:
+            air[0] += np.float32((LUMA_R, LUMA_G, LUMA_B)[c] * env[ENV_AIR + c])
+    box = np.empty(4, np.int64)
+    _reset_box(box, size)
+    for k in np.argsort(keys, kind="mergesort"):
+        if keys[k] >= 1e9:
+            break
+        if k < n:
+            if idents[k, 1] == 1:
+                _draw_vehicle(actors[k], looks[k, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch, buf, box)
+            else:
+                _draw_pedestrian(actors[k], looks[k], builds[k], body, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch, buf, box)
+            _put(scratch, box, idents[k, 0], env, air, frame, buf)
+        else:
+            group = groups[k - n]
+            for i in range(int(group[0]), int(group[1])):
+                s = capsules[i]
+                _to_camera(rotation, camera, s[0], s[1], s[2], centre)
+                _to_camera(rotation, camera, s[3], s[4], s[5], end)
+                shine = 9000.0 if s[11] > 0 else 0.0
+                _capsule_lit(centre, end, s[6], s[7], s[8:11], shine, env, lamps, beams, table, optics, xs, size, scratch, buf, box)
+            _put(scratch, box, int(group[6]), env, air, frame, buf)
+        _reset_box(box, size)
+    for i in range(panels.shape[0]):
+        draw_panel(panels[i], rotation, camera, env, table, maps[0], maps[1], optics, xs, size, scratch, buf, box)
+    _put(scratch, box, -2, env, air, frame, buf)

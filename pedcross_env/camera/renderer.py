@@ -1,0 +1,186 @@
+"""The renderer: a street from the ego's camera in linear radiance, with depth and instance ids."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pedcross_env.camera.assets import BODY_CAPSULES, MATERIALS, PAINTS, clothing, vehicle_table
+from pedcross_env.camera.kernels import lighting as env_at
+from pedcross_env.camera.kernels.finish import finish_frame
+from pedcross_env.camera.kernels.ground import draw_ground_and_sky
+from pedcross_env.camera.kernels.scene import draw_scene
+from pedcross_env.camera.light import BEAM_TINT, Light, light_of, low_beam_table
+from pedcross_env.camera.pinhole import CameraPose, camera_pose
+from pedcross_env.camera.scenery import (
+    ACROSS_TEXEL_M, ALONG_TEXEL_M, GROUND_TEXEL_M, Scenery, grain_integral, scenery_of, tree_shadow_capsules,
+)  # fmt: skip
+from pedcross_env.camera.shadows import actor_shadows
+from pedcross_env.config import CameraConfig
+from pedcross_env.contracts import ActorKind, Frame, Snapshot
+from pedcross_env.errors import ConfigError
+from pedcross_env.scenario.street import StreetSpec
+from pedcross_env.weather.weather import Weather
+
+__all__ = ["Renderer"]
+
+LAMP_RANGE_M = 90.0
+# shoulder half width, hip half width, head scale (shares of the height), stoop in rad; adult, child, elderly
+BUILDS = np.array([[0.118, 0.052, 1.0, 0.0], [0.112, 0.050, 1.22, 0.0], [0.114, 0.054, 1.02, 0.16]])
+
+
+class Renderer:
+    """Renders snapshots of one street in one weather; deterministic, no state between frames.
+
+    Radiance of a surface is E rho / pi; fog acts per fragment with the depth z along the optical axis:
+    L = L0 exp(-beta z) + A (1 - exp(-beta z)).
+    """
+
+    def __init__(self, config: CameraConfig) -> None:
+        self.config = config
+        h, w = config.height_px, config.width_px
+        self._xs = np.arange(w, dtype=np.float32) + np.float32(0.5)
+        self._buf = np.zeros((24, w), np.float32)
+        self._scratch = {c: (np.zeros((c, h, w), np.float32), np.zeros((h, w), np.float32), np.zeros((h, w), np.float32)) for c in (1, 3)}
+        self._alpha, self._nearest, self._weight = (np.zeros((h, w), np.float32) for _ in range(3))
+        self._line = np.zeros(513, np.float32)
+        self._table = low_beam_table()
+        self._vehicles = vehicle_table()
+        self._looks: dict[tuple[int, int, int], np.ndarray] = {}
+        self._scenery: Scenery | None = None
+        self._light: Light | None = None
+
+    def load(self, street: StreetSpec, weather: Weather) -> None:
+        """Prepare a street and a weather; call once per episode."""
+        self._scenery = scenery_of(street)
+        self._light = light_of(weather)
+        self._weather, self._street = weather, street
+        self._tree_shadows = tree_shadow_capsules(self._scenery.tree_shadows, self._light.sun_direction)
+        if self._light.sun_lx.sum() <= 0:
+            self._tree_shadows = self._tree_shadows[:0]
+        self._grain = grain_integral()
+        self._front_maps, self._ground_map = self._scenery.front_lamp_maps, self._scenery.ground_lamp_map
+
+    def render(self, snapshot: Snapshot, *, luminance_only: bool = False) -> Frame:
+        """Render one moment.
+
+        Args:
+            snapshot: Ego and actors.
+            luminance_only: Skip colour, depth and ids: what the event camera needs.
+
+        Returns:
+            Fresh arrays.
+
+        Raises:
+            ConfigError: Before ``load``.
+        """
+        if self._scenery is None or self._light is None:
+            raise ConfigError("Renderer.render was called before load: call load(street, weather) once per episode.")
+        scenery, light = self._scenery, self._light
+        pose = camera_pose(self.config, snapshot.ego)
+        channels = 1 if luminance_only else 3
+        shape = (self.config.height_px, self.config.width_px)
+        out = np.zeros((channels, *shape), np.float32)
+        depth, ids = np.zeros(shape, np.float32), np.zeros(shape, np.int32)
+        for plane in (self._alpha, self._nearest, self._weight):
+            plane[:] = 0
+        numbers, idents, looks, builds = self._actor_arrays(snapshot.actors)
+        env = self._environment(pose, snapshot.ego, light)
+        lamps = self._lamps(pose, scenery, light)
+        beams = self._beams(pose, snapshot.actors, light)
+        optics, rotation, camera = (pose.focal_px, pose.cx, pose.cy), pose.rotation, pose.origin
+        v = self._vehicles
+        frame = (out, self._alpha, self._nearest, self._weight, depth, ids)
+        draw_scene(
+            numbers, idents, looks, builds, BODY_CAPSULES,
+            (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
+            MATERIALS, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame),
+            rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], frame, self._buf,
+        )  # fmt: skip
+        polygons, info, capsules = actor_shadows(snapshot.actors, snapshot.ego, light, self._tree_shadows, BUILDS)
+        street = (
+            self._street.kerb_y_m, self._street.kerb_height_m, self._street.start_x_m - 100.0, ALONG_TEXEL_M, scenery.across_low,
+            ACROSS_TEXEL_M, GROUND_TEXEL_M,
+        )  # fmt: skip
+        draw_ground_and_sky(
+            rotation, camera, env, street, (scenery.along, scenery.low, scenery.high, self._grain), (polygons, info, capsules),
+            (self._ground_map, scenery.ground_frame, beams, self._table), optics, self._xs, shape,
+            (out, self._alpha, self._weight, depth, ids), (np.zeros(3), self._line), self._buf,
+        )  # fmt: skip
+        horizon = pose.cy - pose.focal_px * rotation[2, 2] / rotation[1, 2]
+        luminance = np.empty(shape, np.float32)
+        finish_frame(out, depth, luminance, horizon, rotation[1, 2], rotation[2, 2], camera[2], pose.focal_px, pose.cy, env)
+        if luminance_only:
+            return Frame(luminance, None, None, None, light.airlight)
+        return Frame(luminance, out, depth, ids, light.airlight)
+
+    def _actor_arrays(self, actors: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Turn records into the kernels' tables; appearance is drawn once per (kind, model, seed)."""
+        n = len(actors)
+        numbers, idents = np.empty((n, 14)), np.empty((n, 2), np.int64)
+        looks, builds = np.zeros((n, 8, 4)), np.zeros((n, 4))
+        names = ("x", "y", "z", "yaw", "pitch", "model", "length", "width", "height", "gait_phase", "gait_stride", "head_yaw", "brake_light", "headlight")  # fmt: skip
+        for k, name in enumerate(names):
+            numbers[:, k] = actors[name]
+        idents[:, 0], idents[:, 1] = actors["id"], actors["kind"]
+        for i in range(n):
+            key = (int(actors["kind"][i]), int(actors["model"][i]), int(actors["seed"][i]))
+            if key not in self._looks:
+                self._looks[key] = _look(*key)
+            looks[i] = self._looks[key]
+            if key[0] == ActorKind.PEDESTRIAN:
+                builds[i] = BUILDS[key[1]]
+        return numbers, idents, looks, builds
+
+    def _environment(self, pose: CameraPose, ego: np.ndarray, light: Light) -> np.ndarray:
+        """Fill the kernels' vector of light and air in camera coordinates."""
+        env = np.zeros(env_at.ENV_SIZE)
+        env[env_at.ENV_SUN_DIRECTION : env_at.ENV_SUN_DIRECTION + 3] = pose.rotation @ light.sun_direction
+        env[env_at.ENV_UP : env_at.ENV_UP + 3] = pose.rotation[:, 2]
+        for at, value in (
+            (env_at.ENV_SUN, light.sun_lx), (env_at.ENV_SKY, light.sky_lx), (env_at.ENV_BOUNCE, light.bounce_lx),
+            (env_at.ENV_AIR, light.horizon), (env_at.ENV_ZENITH, light.zenith), (env_at.ENV_LAMP, light.lamp_lx),
+            (env_at.ENV_WINDOW, light.window), (env_at.ENV_BEAM_TINT, BEAM_TINT),
+        ):  # fmt: skip
+            env[at : at + 3] = value
+        env[env_at.ENV_BETA] = self._weather.extinction_per_m
+        env[env_at.ENV_BEAM] = float(light.beam_on)
+        env[env_at.ENV_WET] = self._weather.wetness
+        env[env_at.ENV_BEAM_POSITION : env_at.ENV_BEAM_POSITION + 12] = _beam(pose, ego)
+        return env
+
+    def _lamps(self, pose: CameraPose, scenery: Scenery, light: Light) -> np.ndarray:
+        if light.lamp_lx.sum() <= 0:
+            return np.zeros((0, 3))
+        near = np.abs(scenery.lamps[:, 0] - pose.origin[0]) < LAMP_RANGE_M
+        return np.ascontiguousarray(np.einsum("ij,nj->ni", pose.rotation, scenery.lamps[near] - pose.origin))
+
+    def _beams(self, pose: CameraPose, actors: np.ndarray, light: Light) -> np.ndarray:
+        shining = [a for a in actors if light.beam_on and a["kind"] == ActorKind.VEHICLE and a["headlight"] > 0]
+        return np.array([[*_beam(pose, a), float(a["headlight"])] for a in shining]).reshape(-1, 13)
+
+
+def _beam(pose: CameraPose, vehicle: np.ndarray) -> np.ndarray:
+    """Low beam of a vehicle: position, forward, left and up in camera coordinates."""
+    yaw, pitch = float(vehicle["yaw"]), float(vehicle["pitch"])
+    flat = np.array([math.cos(yaw), math.sin(yaw), 0.0])
+    left = np.array([-math.sin(yaw), math.cos(yaw), 0.0])
+    up = np.array([0.0, 0.0, 1.0])
+    forward = math.cos(pitch) * flat - math.sin(pitch) * up
+    upright = math.sin(pitch) * flat + math.cos(pitch) * up
+    place = np.array([float(vehicle["x"]), float(vehicle["y"]), float(vehicle["z"])])
+    place = place + 0.5 * float(vehicle["length"]) * forward + 0.65 * upright
+    r = pose.rotation
+    turn = [np.array([float((r[k] * axis).sum()) for k in range(3)]) for axis in (place - pose.origin, forward, left, upright)]
+    return np.concatenate(turn)
+
+
+def _look(kind: int, model: int, seed: int) -> np.ndarray:
+    """(8, 4) colours of an actor: clothing slots, or a vehicle's paint first."""
+    if kind == ActorKind.PEDESTRIAN:
+        return clothing(seed, model)
+    look = np.zeros((8, 4))
+    rng = np.random.default_rng([seed & 0xFFFFFFFF, model, 33])
+    look[0, :3] = PAINTS[rng.integers(len(PAINTS))]
+    return look
