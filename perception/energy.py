@@ -102,12 +102,14 @@ def count_energy(
 ) -> Energy:
     """Count the operations of one clip.
 
-    "clip" (default): convolutions and the linear layer of all T frames, batch norm folded into them. In a
-    spiking network a convolution behind spikes costs one AC per synapse whose input is 1; inputs above 1 (sums
-    of ADD shortcuts) cost MACs; the first convolution and the readout always cost MACs.
-    "paper": the `syops` count behind the paper's energy table for networks without spikes: batch norm 2 and ReLU 1
-    per element, pooling 1 per input element, and without the first convolution and norm, which an
-    all-zero input made vanish. Its spiking row is divided by T and cannot be had from one clip.
+    "clip" (default): convolutions and the linear layer of all T frames, batch norm folded into
+    them. In a spiking network a convolution behind spikes costs one AC per synapse whose input is
+    1; inputs above 1 (sums of ADD shortcuts) cost MACs; the first convolution and the readout
+    always cost MACs.
+    "paper": the `syops` count behind the paper's energy table for networks without spikes: batch
+    norm 2 and ReLU 1 per element, pooling 1 per input element, and without the first convolution
+    and norm, which an all-zero input made vanish. Its spiking row is divided by T and cannot be
+    had from one clip.
 
     Args:
         network: Of ``perception.registry``; not changed. Without spikes nothing is computed but shapes.

@@ -1,4 +1,4 @@
-"""From an observation to a network's input: one function for data sets and for streaming, so they cannot differ.
+"""From an observation to a network's input: the same for data sets and for streaming.
 
 ``shrink`` crops, encodes and resizes to 8 bits (compact enough to hold a data set in memory);
 ``normalise`` makes float32 planes of any stack of such images.

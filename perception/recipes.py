@@ -31,12 +31,12 @@ class Recipe:
 
 RECIPES: dict[str, Recipe] = {
     "paper": Recipe(
-        rate=1e-3, weight_decay=0.1, decay_all=True, one_cycle=False, watch="loss", patience=8, min_delta=1e-3,
-        augment=False, epochs=100,
+        rate=1e-3, weight_decay=0.1, decay_all=True, one_cycle=False, watch="loss", patience=8,
+        min_delta=1e-3, augment=False, epochs=100,
     ),
     "compact": Recipe(
-        rate=2e-3, weight_decay=0.01, decay_all=False, one_cycle=True, watch="auroc", patience=6, min_delta=0.0,
-        augment=True, epochs=15,
+        rate=2e-3, weight_decay=0.01, decay_all=False, one_cycle=True, watch="auroc", patience=6,
+        min_delta=0.0, augment=True, epochs=15,
     ),
 }  # fmt: skip
 
@@ -53,7 +53,7 @@ def make_optimizer(network: nn.Module, recipe: Recipe) -> torch.optim.AdamW:
 
 
 def learning_rate(recipe: Recipe, step: int, steps: int) -> float:
-    """Return the rate of step 0..steps-1: constant, or one cycle (cosine up over 30 %, down to rate / 1e4)."""
+    """Return the rate of step 0..steps-1: constant, or one cycle (cosine over 30 % up, then down)."""
     if not recipe.one_cycle:
         return recipe.rate
     peak = max(0.3 * steps, 1.0)

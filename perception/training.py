@@ -2,141 +2,35 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import time
 import warnings
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 import numpy as np
 import torch
 from rich.console import Console
 from torch import nn
 
-from pedcross_env.contracts import MODALITIES, Modality
-from pedcross_env.errors import ConfigError, DataError, PedcrossError, unknown_name
+from pedcross_env.errors import ConfigError, DataError, PedcrossError
 from perception.checkpoint import CheckpointConfig, read_config, save_checkpoint
 from perception.data import ClipDataset, FrameFolder, fingerprint, split_by_video
 from perception.data.windows import Part
 from perception.models.spiking import firing_rates, fresh_state
 from perception.preprocess import Preprocess
 from perception.recipes import RECIPES, Recipe, augment, learning_rate, make_optimizer
-from perception.registry import NETWORKS, create_network
+from perception.registry import create_network
 from perception.run_state import RunState, load_best, load_run, peek, save_run
 from perception.scores import best_f1_threshold, score
 from perception.streaming import clip_tensor
+from perception.train_config import TrainConfig, TrainResult
 
 __all__ = ["MIN_FIRING_RATE", "TrainConfig", "TrainResult", "train"]
 
 MIN_FIRING_RATE = 0.001
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TrainConfig:
-    """All settings of one training run.
-
-    Attributes:
-        data: Root of the frame folders.
-        out: Folder of the checkpoint; the unfinished run lies in ``out/run``.
-        subsets: E.g. ("dataset", "dataset_weather"), read together.
-        view: "compact" or "paper" preprocessing, at width_px x height_px.
-        train_stride: Frames between windows of training and validation (the paper: 1).
-        test_stride: The same for the test; None: no overlap.
-        epochs: None: the recipe's.
-        max_minutes: Stop after the epoch in which this much time is spent, over all sessions.
-        precision: "bf16" computes convolutions in bfloat16 (faster where the CPU has AMX or AVX512-BF16).
-        stratify: See ``split_by_video``.
-        on_error: "skip" leaves out damaged images and reports them.
-        cache: Where small images are kept between runs.
-        name: Of the detector; empty: "<model>-<modality>".
-    """
-
-    data: Path
-    out: Path
-    subsets: tuple[str, ...] = ("dataset",)
-    model: str = "sps_r18t"
-    modality: Modality = "dvs"
-    frames: int = 9
-    width: float = 0.25
-    width_px: int = 112
-    height_px: int = 64
-    view: Literal["compact", "paper"] = "compact"
-    train_stride: int = 3
-    test_stride: int | None = None
-    recipe: str = "compact"
-    epochs: int | None = None
-    batch_size: int = 16
-    seed: int = 0
-    split_seed: int = 42
-    stratify: bool = False
-    max_minutes: float | None = None
-    precision: Literal["fp32", "bf16"] = "fp32"
-    on_error: Literal["raise", "skip"] = "raise"
-    cache: Path | None = None
-    tensorboard: bool = False
-    name: str = ""
-
-    def __post_init__(self) -> None:
-        choices = {
-            "model": NETWORKS, "modality": MODALITIES, "recipe": RECIPES, "view": ("compact", "paper"),
-            "precision": ("fp32", "bf16"), "on_error": ("raise", "skip"),
-        }  # fmt: skip
-        for name, allowed in choices.items():
-            if getattr(self, name) not in allowed:
-                raise unknown_name(name, getattr(self, name), allowed)
-        if isinstance(self.subsets, str) or not self.subsets or len(set(self.subsets)) < len(self.subsets):
-            raise ConfigError(f"subsets = {self.subsets!r} is not allowed: a tuple of different names.")
-        for name in ("train_stride", "test_stride"):
-            stride = getattr(self, name)
-            if stride is not None and not 1 <= stride <= self.frames:
-                raise ConfigError(
-                    f"{name} = {stride!r} is not allowed: it must be 1 to frames ({self.frames})."
-                )
-        for name in ("frames", "batch_size", "epochs"):
-            value = getattr(self, name)
-            if value is not None and value < 1:
-                raise ConfigError(f"{name} = {value!r} is not allowed: it must be 1 or more.")
-        if self.max_minutes is not None and self.max_minutes <= 0:
-            raise ConfigError(
-                f"max_minutes = {self.max_minutes!r} is not allowed: it must be positive, or None."
-            )
-
-    def preprocess(self) -> Preprocess:
-        """Return the preprocessing these settings mean."""
-        make = Preprocess.compact if self.view == "compact" else Preprocess.paper
-        return make(self.modality, self.width_px, self.height_px)
-
-    def settings(self) -> dict[str, Any]:
-        """Return what decides the weights, without paths and limits of this machine."""
-        values = dataclasses.asdict(self)
-        for name in ("data", "out", "cache", "tensorboard", "max_minutes", "name"):
-            del values[name]
-        return {k: list(v) if isinstance(v, tuple) else v for k, v in values.items()}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TrainResult:
-    """What a run gave.
-
-    Attributes:
-        checkpoint: Folder for ``load_detector``.
-        metrics: "validation_..." and "test_...": auroc, average_precision, f1, brier, clips, positives.
-        threshold: Of the best F1 on the validation clips.
-        history: One record per epoch.
-        skipped: True where a finished run was found and nothing was done.
-        stop_reason: "epochs", "patience" or "max_minutes".
-    """
-
-    checkpoint: Path
-    metrics: dict[str, Any]
-    threshold: float
-    history: tuple[dict[str, Any], ...]
-    skipped: bool
-    stop_reason: str
 
 
 def train(config: TrainConfig, *, command: str = "", console: Console | None = None) -> TrainResult:
@@ -302,9 +196,12 @@ class _Trainer:
                 " it says nothing about its input. Use event frames or counts, a larger width, or another"
                 " recipe."
             )
-        silent = [f"{name} {rate:.3%}" for name, rate in rates.items() if rate < MIN_FIRING_RATE]
+        silent = [name for name, rate in rates.items() if rate < MIN_FIRING_RATE]
         if silent and epoch == 0:
-            warnings.warn(f"layers firing below {MIN_FIRING_RATE:.1%}: {', '.join(silent)}", stacklevel=2)
+            warnings.warn(
+                f"{len(silent)} of {len(rates)} layers fire below {MIN_FIRING_RATE:.1%}: {', '.join(silent)}",
+                stacklevel=2,
+            )
         return {"mean_firing_rate": mean, "firing_rates": rates}
 
     def _note_best(self, record: dict[str, Any]) -> None:
@@ -341,7 +238,8 @@ class _Trainer:
         for part in parts:
             metrics |= score(self.parts[part].labels, p[part], threshold, part)
         stored = CheckpointConfig(
-            name=config.name or f"{config.model}-{config.modality}", model=config.model, modality=config.modality,
+            name=config.name or f"{config.model}-{config.modality}",
+            model=config.model, modality=config.modality,
             frames=config.frames, width=config.width, preprocess=self.preprocess, threshold=threshold,
             fingerprint=print_of_data, recipe=config.recipe, seed=config.seed, command=command,
             training=config.settings() | {"stop_reason": state.stop_reason},
@@ -356,8 +254,8 @@ class _Trainer:
             f"{threshold:.3f} ({metrics['test_positives']} of {metrics['test_clips']} clips positive)"
         )
         return TrainResult(
-            checkpoint=config.out, metrics=metrics, threshold=threshold, history=tuple(state.history), skipped=False,
-            stop_reason=state.stop_reason,
+            checkpoint=config.out, metrics=metrics, threshold=threshold,
+            history=tuple(state.history), skipped=False, stop_reason=state.stop_reason,
         )  # fmt: skip
 
 
@@ -370,8 +268,8 @@ def _load_parts(
     for part in get_args(Part):
         stride = (config.test_stride or config.frames) if part == "test" else config.train_stride
         data = ClipDataset.from_videos(
-            split[part], preprocess, frames=config.frames, overlap=config.frames - stride, cache_dir=config.cache,
-            on_error=config.on_error,
+            split[part], preprocess, frames=config.frames, overlap=config.frames - stride,
+            cache_dir=config.cache, on_error=config.on_error,
         )  # fmt: skip
         positives = int(data.labels.sum())
         console.print(

@@ -92,7 +92,8 @@ class FrameFolder:
 
         Raises:
             ConfigError: For an unknown modality.
-            DataError: Where the folder is missing (names what exists), holds no frame, or a name has no label.
+            DataError: Where the folder is missing (names what exists) or holds no frame, or where
+                a name has no label.
         """
         if modality not in MODALITIES:
             raise unknown_name("modality", modality, MODALITIES)

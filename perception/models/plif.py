@@ -27,8 +27,9 @@ class _PlifSequence(torch.autograd.Function):
         v = v0
         for t in range(x.shape[0]):
             h = torch.lerp(v, x[t].float(), rate, out=membrane[t])
-            spikes[t] = h >= threshold
-            v = h.masked_fill(h >= threshold, 0.0)
+            fired = h >= threshold
+            spikes[t] = fired
+            v = h.masked_fill(fired, 0.0)
         ctx.save_for_backward(membrane, v0, w)
         ctx.threshold, ctx.alpha, ctx.dtype = threshold, alpha, x.dtype
         return spikes, v

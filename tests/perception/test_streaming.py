@@ -8,7 +8,7 @@ from perception.detector import Detector
 from perception.models.spiking import fresh_state
 from perception.preprocess import Preprocess
 from perception.registry import NETWORKS, create_network
-from perception.streaming import NetworkDetector
+from perception.streaming import NetworkDetector, clip_tensor
 
 FRAMES = 4
 
@@ -21,7 +21,9 @@ def detector(name: str = "sps_r18t_add", modality: str = "dvs") -> NetworkDetect
     for module in network.modules():
         if isinstance(module, torch.nn.modules.batchnorm._BatchNorm):
             module.momentum = 1.0  # real statistics at once: without them a spiking network is silent
-    shown = torch.randn(FRAMES, 6, view.channels, 32, 32, generator=torch.Generator().manual_seed(1))
+            torch.nn.init.constant_(module.weight, 2.0)
+    small = np.stack([view.shrink(image) for image in video(6 * FRAMES, modality)])
+    shown = clip_tensor(small.reshape(6, FRAMES, *small.shape[1:]), view)
     with torch.no_grad(), fresh_state(network):
         network.train()(shown)
     return NetworkDetector(network, view, name=name, frames=FRAMES)

@@ -29,7 +29,8 @@ def data(tmp_path_factory):
 def settings(data, out, **changes):
     defaults = {
         "data": data, "out": out, "model": "sps_r18t_add", "modality": "rgb", "frames": 3, "width": 0.125,
-        "width_px": SIDE_PX, "height_px": SIDE_PX, "view": "paper", "train_stride": 1, "epochs": 2, "batch_size": 8,
+        "width_px": SIDE_PX, "height_px": SIDE_PX, "view": "paper",
+        "train_stride": 1, "epochs": 2, "batch_size": 8,
     }  # fmt: skip
     return TrainConfig(**(defaults | changes))
 
@@ -117,6 +118,7 @@ def test_the_checkpoint_reproduces_the_validation_score_by_streaming(data, spiki
         streamed = [detector.update({"rgb": image}) for image in images]
         p += streamed[2::3]
         labels += [video.labels[i - 2 : i + 1].max() for i in range(2, len(images), 3)]
+    assert np.ptp(p) > 0.01  # it does see its input
     again = score(np.array(labels), np.array(p), detector.threshold, "test")
     for key, value in again.items():
         assert value == pytest.approx(result.metrics[key], abs=1e-6), key
@@ -191,7 +193,9 @@ def test_only_the_papers_recipe_decays_tau_and_the_temporal_scale():
 def test_augmentation_keeps_time_and_moves_whole_clips():
     rng = np.random.default_rng(0)
     frame = rng.integers(1, 255, (24, 24, 2), dtype=np.uint8)
-    clips = np.stack([np.stack([np.clip(frame.astype(int) + t, 0, 255).astype(np.uint8) for t in range(3)])] * 40)
+    clips = np.stack(
+        [np.stack([np.clip(frame.astype(int) + t, 0, 255).astype(np.uint8) for t in range(3)])] * 40
+    )
     before = clips.copy()
     out = augment(clips, np.random.default_rng(1))
     assert np.array_equal(clips, before)
