@@ -30,7 +30,7 @@ def settings(data, out, **changes):
     defaults = {
         "data": data, "out": out, "model": "sps_r18t_add", "modality": "rgb", "frames": 3, "width": 0.125,
         "width_px": SIDE_PX, "height_px": SIDE_PX, "view": "paper",
-        "train_stride": 1, "epochs": 2, "batch_size": 8,
+        "train_stride": 1, "epochs": 4, "batch_size": 4,
     }  # fmt: skip
     return TrainConfig(**(defaults | changes))
 
@@ -73,7 +73,7 @@ def test_a_run_cut_off_after_an_epoch_ends_as_the_uninterrupted_one(data, spikin
     assert not (tmp_path / "config.json").exists()
     monkeypatch.setattr(training, "save_run", saved)
     result = train(settings(data, tmp_path), console=QUIET)
-    assert len(result.history) == 2
+    assert len(result.history) == 4
     whole, resumed = weights(spiking_run[0]), weights(tmp_path)
     for name in whole:
         torch.testing.assert_close(whole[name], resumed[name])
@@ -95,7 +95,7 @@ def test_time_ends_a_run_and_more_time_continues_it(data, tmp_path):
     assert train(short, console=QUIET).stop_reason == "max_minutes"
     assert train(short, console=QUIET).skipped
     result = train(dataclasses.replace(short, max_minutes=None), console=QUIET)
-    assert (result.stop_reason, len(result.history)) == ("epochs", 2)
+    assert (result.stop_reason, len(result.history)) == ("epochs", 4)
 
 
 @pytest.mark.parametrize("model", ["stacked_resnet18", "pt_resnet18", "sps_r18t_add"])
