@@ -11,13 +11,15 @@ from pedcross_env.hashing import combine, unit
 
 __all__ = ["draw_rain"]
 
-_CELLS_PER_RANGE = 4.0  # a class's cells are this much smaller than the range it is seen to
+# A cell's size depends on the rain alone, so that cameras of any optics see the same drops.
+_DROPS_PER_CELL = 4.0
+_LARGEST_CELL_M = 3.0
 _EDGE_PX = 0.5  # half a pixel: edges are blurred by the pixel's own width
 
 
 @njit(cache=True, error_model="numpy")
 def _poisson(mean: float, key: np.uint64) -> int:
-    """Draw a Poisson number by inversion; meant for means up to some tens."""
+    """Draw a Poisson number by inversion; for means up to some tens."""
     chance = math.exp(-mean)
     total, target, number = chance, unit(key), 0
     while total < target and number < 1000:
@@ -60,8 +62,8 @@ def _streak(
     opacity = width_px / (width_px + length)
     most_across, most_along = min(1.0, width_px), min(1.0, width_px + length)
     reach = half_along * abs(along_y) + half_across * abs(along_x)
-    first_row = max(0, int(math.floor(middle_y - reach)))
-    last_row = min(rows - 1, int(math.floor(middle_y + reach)))
+    first_row = max(0, math.floor(middle_y - reach))
+    last_row = min(rows - 1, math.floor(middle_y + reach))
     hit = False
     for row in range(first_row, last_row + 1):
         dy = row + 0.5 - middle_y
@@ -69,8 +71,8 @@ def _streak(
         low, high = _interval(along_x, along_y * dy, half_along, low, high)
         if low > high:
             continue
-        first = max(0, int(math.ceil(max(low + middle_x - 0.5, -1.0))))
-        last = min(columns - 1, int(math.floor(min(high + middle_x - 0.5, float(columns)))))
+        first = max(0, math.ceil(max(low + middle_x - 0.5, -1.0)))
+        last = min(columns - 1, math.floor(min(high + middle_x - 0.5, float(columns))))
         for column in range(first, last + 1):
             if depth.shape[0] > 0 and depth[row, column] < z:
                 continue
@@ -112,7 +114,7 @@ def _class_streaks(
     farthest = 1e-3 * high_mm * focal / least_px
     if farthest <= nearest:
         return 0
-    cell = farthest / _CELLS_PER_RANGE
+    cell = min(_LARGEST_CELL_M, (_DROPS_PER_CELL / per_m3) ** (1.0 / 3.0))
     moved = rotation @ velocity
     moved[2] -= ego_mps
     # Bounds of the frustum in the frame that falls with the drops, widened by half a streak.

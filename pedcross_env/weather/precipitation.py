@@ -31,7 +31,7 @@ _SAMPLE_STEP_PX = 8
 
 
 class Pose(Protocol):
-    """What rain must know of a camera: place, world-to-camera rotation (x right, y down, z forward), optics."""
+    """What rain must know of a camera: place, world-to-camera rotation (x right, y down, z ahead), optics."""
 
     @property
     def origin(self) -> np.ndarray: ...  # noqa: D102
@@ -50,7 +50,7 @@ class Pose(Protocol):
 
 
 def drop_density_per_m3_mm(diameter_mm: float, rain_mm_h: float) -> float:
-    """Drops per cubic metre and millimetre of diameter: 8000 exp(-4.1 R^-0.21 D) (Marshall and Palmer, 1948)."""
+    """Drops per m3 and mm of diameter: 8000 exp(-4.1 R^-0.21 D) (Marshall and Palmer, 1948)."""
     return 8000.0 * math.exp(-_slope_per_mm(rain_mm_h) * diameter_mm) if rain_mm_h > 0 else 0.0
 
 
