@@ -5,7 +5,8 @@ so it cannot tell the class. Then one or two people, the group, come to the meet
 ``crossing_share`` they cross there, else they stop at the kerb, by the same ways of approach. Bystanders are
 drawn alike in both classes. Three quarters of the groups that cross are timed to be hit by an ego that holds
 its speed, at a point spread evenly over its width; the others miss it by up to 1.5 s. Speeds are those of
-``TYPES`` (younger 1.5, older 1.3, children 1.19 m/s in the literature; Euro NCAP's 5 and 8 km/h lie within).
+``people.TYPES`` (younger 1.5, older 1.3, children 1.19 m/s in the literature; Euro NCAP's 5 and 8 km/h lie
+within).
 """
 
 from __future__ import annotations
@@ -17,12 +18,13 @@ import numpy as np
 
 from pedcross_env.config import EgoConfig, TrafficConfig
 from pedcross_env.scenario.parking import oncoming_cars, parked_cars
+from pedcross_env.scenario.people import KERB_STAND_M, Approach, draw_approach, draw_person, place, visit
 from pedcross_env.scenario.scenario import Leg, PedestrianSpec, Scenario, VehicleSpec
 from pedcross_env.scenario.sizes import contact_radius_m
 from pedcross_env.scenario.street import Crosswalk, StreetSpec
 from pedcross_env.scenario.walk import RAMP_S, Walk
 
-__all__ = ["CONTACT_SHARE", "TYPES", "ZEBRA_SHARE", "holds_speed_and_hits", "sample_crossing"]
+__all__ = ["CONTACT_SHARE", "ZEBRA_SHARE", "holds_speed_and_hits", "sample_crossing"]
 
 CONTACT_SHARE = 0.75
 ZEBRA_SHARE = 0.6
@@ -32,28 +34,9 @@ MISS_S = (0.2, 1.5)
 TIME_TO_CONTACT_S = (3.5, 6.0)
 _ATTEMPTS = 60
 _PREFER_FROM_KERB = 12  # attempts in which nobody may be on the carriageway at the start
-_KERB_STAND_M = 0.35  # feet of who waits, from the kerb
 _BODY_M = 0.3  # the group walks so far behind the meeting point: half a body
 _GAP_SIDE_M = (0.6, 1.0)  # free beside a path between parked cars
 _GRID_S = 0.01
-
-
-@dataclass(frozen=True, slots=True)
-class PersonType:
-    """Model, share, height (low, high), speed (mean, spread, low, high), share that runs at 2.2 m/s."""
-
-    model: str
-    share: float
-    height_m: tuple[float, float]
-    speed_mps: tuple[float, float, float, float]
-    running_share: float
-
-
-TYPES = (
-    PersonType("adult", 0.6, (1.55, 1.95), (1.45, 0.2, 1.0, 2.0), 0.12),
-    PersonType("child", 0.22, (1.05, 1.4), (1.3, 0.2, 0.9, 1.8), 0.2),
-    PersonType("elderly", 0.18, (1.5, 1.8), (1.15, 0.2, 0.7, 1.5), 0.0),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,22 +64,12 @@ class _Scene:
     parked: tuple[VehicleSpec, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class _Person:
-    model: str
-    height_m: float
-    speed_mps: float
-    seed: int
-
-
 def _draw_scene(rng: np.random.Generator, traffic: TrafficConfig, ego: EgoConfig) -> _Scene:
     speed = float(rng.uniform(*traffic.ego_speed_mps))
     late = min(TIME_TO_CONTACT_S[1], 0.6 * traffic.duration_s)
     side = int(rng.choice((-1, 1)))
-    early = min(
-        TIME_TO_CONTACT_S[0] + (1.0 if side > 0 else 0.0), 0.6 * late
-    )  # the way from the far side is longer
-    meeting_s = float(rng.uniform(max(early, 0.35 * late), late))
+    early = TIME_TO_CONTACT_S[0] + (1.0 if side > 0 else 0.0)  # the way from the far side is longer
+    meeting_s = float(rng.uniform(min(early, 0.75 * late), late))
     meeting_x = 0.5 * ego.length_m + speed * meeting_s
     zebra, pair = bool(rng.random() < ZEBRA_SHARE), bool(rng.random() < PAIR_SHARE)
     beside = (float(rng.uniform(0.8, 1.3)) if zebra else 0.7) if pair else 0.0
@@ -116,88 +89,6 @@ def _draw_scene(rng: np.random.Generator, traffic: TrafficConfig, ego: EgoConfig
         else side,
     )  # fmt: skip
     return _Scene(street, speed, meeting_x, meeting_s, side, zebra, beside, parked)
-
-
-def _draw_person(rng: np.random.Generator) -> _Person:
-    kind = TYPES[int(rng.choice(len(TYPES), p=[t.share for t in TYPES]))]
-    mean, spread, low, high = kind.speed_mps
-    speed = 2.2 if rng.random() < kind.running_share else float(np.clip(rng.normal(mean, spread), low, high))
-    return _Person(kind.model, float(rng.uniform(*kind.height_m)), speed, int(rng.integers(2**31)))
-
-
-def _spec(
-    person: _Person, behaviour: str, start: tuple[float, float], yaw: float, legs: tuple[Leg, ...]
-) -> PedestrianSpec:
-    if legs and legs[0].wait_s == 0:
-        yaw = math.atan2(legs[0].to_y_m - start[1], legs[0].to_x_m - start[0])
-    return PedestrianSpec(
-        behaviour=behaviour, x_m=start[0], y_m=start[1], yaw_rad=yaw, legs=legs,
-        model=person.model, height_m=person.height_m, seed=person.seed,
-    )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class _Approach:
-    """How somebody comes to the kerb.
-
-    Attributes:
-        style: "stands" at the kerb from the start, "pauses" there, or walks "straight" on.
-        pause_s: At the kerb, if it pauses.
-        back_m: From where on the sidewalk it comes, from the kerb.
-        direction: From which side along the sidewalk, +-1.
-    """
-
-    style: str
-    pause_s: float
-    back_m: float
-    direction: int
-
-
-def _draw_approach(rng: np.random.Generator, street: StreetSpec) -> _Approach:
-    style = str(rng.choice(("stands", "pauses", "straight"), p=(0.25, 0.35, 0.4)))
-    back = float(rng.uniform(0.9, street.sidewalk_width_m - 0.5))
-    return _Approach(style, float(rng.uniform(0.5, 2.0)), back, int(rng.choice((-1, 1))))
-
-
-def _visit(
-    person: _Person,
-    approach: _Approach,
-    scene: _Scene,
-    x_m: float,
-    side: int,
-    leaves_kerb_s: float,
-    *,
-    crosses: bool,
-) -> PedestrianSpec:
-    """Somebody who is at the kerb at ``leaves_kerb_s`` and then crosses, or stays there.
-
-    Where the time is too short for the way, it starts on its way, if need be on the carriageway.
-    """
-    street, v = scene.street, person.speed_mps
-    kerb_y, facing = side * (street.kerb_y_m + _KERB_STAND_M), -side * 0.5 * math.pi
-    beyond = Leg(to_x_m=x_m, to_y_m=-side * (street.facade_y_m - 0.6), speed_mps=v)
-    behaviour = "crossing" if crosses else "waiting"
-    if crosses and leaves_kerb_s <= 0:
-        start = kerb_y + side * v * leaves_kerb_s
-        return _spec(person, behaviour, (x_m, start), facing, (beyond,))
-    if approach.style == "stands":
-        legs = (replace(beyond, wait_s=leaves_kerb_s),) if crosses else ()
-        return _spec(person, behaviour, (x_m, kerb_y), facing, legs)
-    pause = approach.pause_s if approach.style == "pauses" else 0.0
-    walking_m = v * max(0.0, leaves_kerb_s - pause - (0.5 * RAMP_S if pause else 0.0))
-    back_m = min(approach.back_m, max(0.02, walking_m))
-    back_y, along = kerb_y + side * back_m, walking_m - back_m
-    to_kerb = Leg(to_x_m=x_m, to_y_m=kerb_y, speed_mps=v)
-    origin = (x_m, back_y)
-    way: tuple[Leg, ...] = (to_kerb,)
-    if along > 0.02:
-        origin = (x_m + approach.direction * along, back_y)
-        way = (Leg(to_x_m=x_m, to_y_m=back_y, speed_mps=v), to_kerb)
-    if not crosses:
-        return _spec(person, behaviour, origin, facing, way)
-    arrives_s = Walk(_spec(person, behaviour, origin, facing, way)).end_s
-    wait = max(0.0, leaves_kerb_s - arrives_s) if pause else 0.0
-    return _spec(person, behaviour, origin, facing, (*way, replace(beyond, wait_s=wait)))
 
 
 def _reaches_s(spec: PedestrianSpec, y_m: float, side: int) -> float:
@@ -228,8 +119,8 @@ def _group(
 
     The first are timed to be hit or missed by an ego that holds its speed.
     """
-    leader, second = _draw_person(rng), _draw_person(rng)
-    approach = _draw_approach(rng, scene.street)
+    leader, second = draw_person(rng), draw_person(rng)
+    approach = draw_approach(rng, scene.street)
     aim = float(rng.uniform(-0.5, 0.5)) * ego.width_m
     shift = 0.0
     if not hits:
@@ -239,7 +130,7 @@ def _group(
         shift = half_way_s + float(rng.uniform(*MISS_S)) + (0.0 if early else ego_passes_s)
         shift, aim = (-shift if early else shift), 0.0
     x, side = scene.meeting_x_m + _BODY_M, scene.side
-    probe = _visit(leader, _Approach("stands", 0.0, 1.0, 1), scene, x, side, 20.0, crosses=True)
+    probe = visit(leader, Approach("stands", 0.0, 1.0, 1), scene.street, x, side, 20.0, crosses=True)
     to_aim_s = _reaches_s(probe, scene.street.ego_lane_y_m + aim, side) - 20.0
     if approach.style == "straight":
         to_aim_s -= 0.5 * RAMP_S
@@ -249,7 +140,10 @@ def _group(
         follower, later_s = replace(second, speed_mps=leader.speed_mps), float(rng.uniform(-0.3, 0.3))
         members.append((follower, x + scene.beside_m, leaves_s + later_s))
     crossing, stopping = (
-        [_visit(person, approach, scene, at, side, when, crosses=crosses) for person, at, when in members]
+        [
+            visit(person, approach, scene.street, at, side, when, crosses=crosses)
+            for person, at, when in members
+        ]
         for crosses in (True, False)
     )
     return crossing, stopping
@@ -257,7 +151,7 @@ def _group(
 
 def _bystander(rng: np.random.Generator, scene: _Scene, duration_s: float) -> PedestrianSpec:
     """Somebody who does not cross: walks along, waits at or comes to the kerb, stands."""
-    street, person = scene.street, _draw_person(rng)
+    street, person = scene.street, draw_person(rng)
     behaviour = str(
         rng.choice(("walking_along", "waiting", "kerb_standing", "standing"), p=(0.4, 0.25, 0.15, 0.2))
     )
@@ -268,10 +162,10 @@ def _bystander(rng: np.random.Generator, scene: _Scene, duration_s: float) -> Pe
     if behaviour == "waiting":
         near = scene.meeting_x_m + float(rng.uniform(-6.0, 6.0))
         arrives_s = float(rng.uniform(1.0, 6.0))
-        return _visit(person, _draw_approach(rng, street), scene, near, side, arrives_s, crosses=False)
+        return visit(person, draw_approach(rng, street), street, near, side, arrives_s, crosses=False)
     if behaviour == "walking_along":
         ahead = int(rng.choice((-1, 1))) * person.speed_mps * (duration_s + 2.0)
-        return _spec(
+        return place(
             person,
             behaviour,
             (x, back),
@@ -279,8 +173,8 @@ def _bystander(rng: np.random.Generator, scene: _Scene, duration_s: float) -> Pe
             (Leg(to_x_m=x + ahead, to_y_m=back, speed_mps=person.speed_mps),),
         )
     if behaviour == "kerb_standing":
-        return _spec(person, behaviour, (x, side * (street.kerb_y_m + _KERB_STAND_M)), facing, ())
-    return _spec(person, behaviour, (x, back), float(rng.uniform(-math.pi, math.pi)), ())
+        return place(person, behaviour, (x, side * (street.kerb_y_m + KERB_STAND_M)), facing, ())
+    return place(person, behaviour, (x, back), float(rng.uniform(-math.pi, math.pi)), ())
 
 
 def sample_crossing(seed: int, traffic: TrafficConfig, ego: EgoConfig) -> Scenario:
@@ -315,9 +209,9 @@ def sample_crossing(seed: int, traffic: TrafficConfig, ego: EgoConfig) -> Scenar
             met = holds_speed_and_hits(crossing, scene.street, ego, ego_speed_mps=speed, until_s=until_s)
             if met == hits and (attempt >= _PREFER_FROM_KERB or not already_out):
                 break
-    place, side = ("zebra" if scene.zebra else "between-cars"), ("far" if scene.side > 0 else "near")
+    where, side = ("zebra" if scene.zebra else "between-cars"), ("far" if scene.side > 0 else "near")
     return Scenario(
-        name=f"{'crossing' if crosses else 'non-crossing'}/{place}/{side}",
+        name=f"{'crossing' if crosses else 'non-crossing'}/{where}/{side}",
         street=scene.street,
         ego_speed_mps=scene.ego_speed_mps,
         finish_x_m=finish_x,

@@ -107,8 +107,11 @@ class Walk:
                 add(wait, 0.0, 0.0)
             ux, uy = (leg.to_x_m - x) / distance, (leg.to_y_m - y) / distance
             departures.append((time, math.atan2(uy, ux)))
-            cruise, cruise_cadence = leg.speed_mps, cadence_hz(leg.speed_mps, spec.height_m)
             stops = index + 1 == len(legs) or legs[index + 1][1] > 0
+            cruise = leg.speed_mps
+            if speed == 0.0 and stops:  # a leg too short to reach its speed is walked more slowly
+                cruise = min(cruise, 0.5 * distance / RAMP_S)
+            cruise_cadence = cadence_hz(cruise, spec.height_m)
             ramp = min(RAMP_S, 0.5 * distance / max(cruise, speed))
             ramp_in = ramp if abs(cruise - speed) > _TINY else 0.0
             ramp_out = ramp if stops else 0.0

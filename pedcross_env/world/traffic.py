@@ -26,9 +26,10 @@ from pedcross_env.world.crossing import Stay, corridor_stays
 from pedcross_env.world.ego import settle
 from pedcross_env.world.pedestrians import Pedestrians
 
-__all__ = ["TRAFFIC_HZ", "Traffic", "street_network"]
+__all__ = ["HARDEST_BRAKING_MPS2", "TRAFFIC_HZ", "Traffic", "street_network"]
 
 TRAFFIC_HZ = 10
+HARDEST_BRAKING_MPS2 = IDMVehicle.ACC_MAX
 _BRAKE_LIGHT_FROM_MPS2 = 0.7
 _YIELD_GAP_M = 2.0  # kept to a pedestrian's path
 _YIELD_TIME_GAP_S = 0.8
@@ -161,7 +162,7 @@ class Traffic:
         self._sign = np.array([driver.sign for driver in self._drivers])
         self._decisions = 0
         self._intervals: list[_Interval] = []
-        self.decide_until(1e-9, None)
+        self.decide_until(0.5 / TRAFFIC_HZ, None)  # at time 0
 
     def _driver(self, spec: VehicleSpec, street: StreetSpec, pedestrians: Pedestrians) -> _Driver:
         side = -1.0 if math.cos(spec.yaw_rad) > 0 else 1.0

@@ -11,9 +11,8 @@ from pedcross_env.config import EgoConfig, LabelConfig, WorldConfig, require
 from pedcross_env.contracts import Outcome, Snapshot
 from pedcross_env.errors import ConfigError, PedcrossError
 from pedcross_env.scenario.scenario import Scenario
-from pedcross_env.scenario.sizes import vehicle_size
 from pedcross_env.world.actors import ActorRecords
-from pedcross_env.world.contact import box_to_box_m, box_to_disc_m, first_contact
+from pedcross_env.world.collision import CollisionFinder
 from pedcross_env.world.crossing import ConflictFinder, crossing_stays
 from pedcross_env.world.ego import EgoMotion, EgoState
 from pedcross_env.world.pedestrians import PedestrianPoses, Pedestrians
@@ -22,7 +21,6 @@ from pedcross_env.world.traffic import Traffic
 __all__ = ["World"]
 
 _TIME_SLACK_S = 1e-9
-_LANE_CONFLICT_TINY_MPS = 1e-6
 
 
 class World:
@@ -81,24 +79,20 @@ class World:
         self._stay_owner = np.array([s[0] for s in stays], dtype=np.int64)
         self._stay_start_s = np.array([s[1] for s in stays], dtype=np.float64)
         self._stay_end_s = np.array([s[2] for s in stays], dtype=np.float64)
-        self._lane_vehicles = self._vehicles_in_the_way()
+        self._collisions = CollisionFinder(
+            scenario,
+            ego,
+            motion=self._motion,
+            people=self._people,
+            traffic=self._traffic,
+            longest_step_s=1.0 / world.tick_hz,
+        )
         self._steps, self._step_start_s, self._demand_mps2 = 0, 0.0, 0.0
         self._contact_s: float | None = None
         self.outcome = Outcome.RUNNING
         self.impact_speed_mps = math.nan
         self.collided_with = 0
         self._now: tuple[EgoState, PedestrianPoses] | None = None
-
-    def _vehicles_in_the_way(self) -> list[tuple[int, int | None]]:
-        """(index, position among the movers or None) of vehicles whose lateral extent meets the ego's."""
-        found: list[tuple[int, int | None]] = []
-        for index, spec in enumerate(self.scenario.vehicles):
-            size = vehicle_size(spec.model)
-            across = size.length_m * abs(math.sin(spec.yaw_rad)) + size.width_m * abs(math.cos(spec.yaw_rad))
-            if abs(spec.y_m - self._lane_y_m) < 0.5 * (across + self._config.width_m):
-                mover = self._traffic.movers.index(index) if index in self._traffic.movers else None
-                found.append((index, mover))
-        return found
 
     @property
     def time_s(self) -> float:
@@ -155,9 +149,11 @@ class World:
         passed = self._motion.motion(end_s)[0] > finish_x
         if passed:  # a contact after the finish is none of this episode
             end_s = self._reaches_s(finish_x, start_s, end_s)
-        contact = self._contact(start_s, end_s)
+        contact = self._collisions.first(start_s, end_s)
         if contact is not None:
-            self._contact_s, self.collided_with = contact
+            self._contact_s, walks, index = contact
+            ids = self._records.pedestrian_ids if walks else self._records.vehicle_ids
+            self.collided_with = int(ids[index])
             self.impact_speed_mps = self._motion.motion(self._contact_s)[1]
             self.outcome = Outcome.COLLISION
         elif passed:
@@ -170,64 +166,6 @@ class World:
             middle = 0.5 * (low_s + high_s)
             low_s, high_s = (low_s, middle) if self._motion.motion(middle)[0] > x_m else (middle, high_s)
         return high_s
-
-    def _contact(self, start_s: float, end_s: float) -> tuple[float, int] | None:
-        """(time, actor id) of the first contact in the interval."""
-        found: list[tuple[float, int]] = []
-        ego_bound = self._motion.top_speed_mps
-        for index in self._near_pedestrians(start_s, end_s, ego_bound):
-            time = self._search(
-                lambda t, i=index: self._gap_to_pedestrian(t, i),
-                ego_bound + float(self._people.top_speed_mps[index]), start_s, end_s,
-            )  # fmt: skip
-            if time is not None:
-                found.append((time, int(self._records.pedestrian_ids[index])))
-        for index, mover in self._lane_vehicles:
-            time = self._search(
-                lambda t, i=index, m=mover: self._gap_to_vehicle(t, i, m),
-                ego_bound + (self._mover_bound(start_s, end_s, mover)), start_s, end_s,
-            )  # fmt: skip
-            if time is not None:
-                found.append((time, int(self._records.vehicle_ids[index])))
-        return min(found, default=None)
-
-    def _search(self, gap: Any, bound_mps: float, start_s: float, end_s: float) -> float | None:
-        return first_contact(
-            gap, lambda t: self._motion.motion(t)[1],
-            closing_bound_mps=max(bound_mps, 0.1), start_s=start_s, end_s=end_s,
-            longest_step_s=1.0 / self._clock.tick_hz,
-        )  # fmt: skip
-
-    def _mover_bound(self, start_s: float, end_s: float, mover: int | None) -> float:
-        if mover is None:
-            return 0.0
-        return max(float(self._traffic.poses(t)[1][mover]) for t in (start_s, end_s)) + 6.0 * (
-            end_s - start_s
-        )
-
-    def _near_pedestrians(self, start_s: float, end_s: float, ego_bound_mps: float) -> np.ndarray:
-        if not len(self._people):
-            return np.zeros(0, dtype=np.int64)
-        ego_x = self._motion.motion(start_s)[0]
-        poses = self._people.poses(start_s)
-        outside_x = np.maximum(np.abs(poses.x - ego_x) - 0.5 * self._config.length_m, 0.0)
-        outside_y = np.maximum(np.abs(poses.y - self._lane_y_m) - 0.5 * self._config.width_m, 0.0)
-        reach = self._people.radius_m + (ego_bound_mps + self._people.top_speed_mps) * (end_s - start_s)
-        return np.flatnonzero(np.hypot(outside_x, outside_y) <= reach)
-
-    def _gap_to_pedestrian(self, time_s: float, index: int) -> float:
-        x, y = self._people.walks[index].position(time_s)
-        dx, dy = x - self._motion.motion(time_s)[0], y - self._lane_y_m
-        return box_to_disc_m(
-            dx, dy, self._config.length_m, self._config.width_m, float(self._people.radius_m[index])
-        )
-
-    def _gap_to_vehicle(self, time_s: float, index: int, mover: int | None) -> float:
-        spec = self.scenario.vehicles[index]
-        x = spec.x_m if mover is None else float(self._traffic.poses(time_s)[0][mover])
-        dx, dy = x - self._motion.motion(time_s)[0], spec.y_m - self._lane_y_m
-        size = vehicle_size(spec.model)
-        return box_to_box_m(dx, dy, (self._config.length_m, self._config.width_m), size[:2], spec.yaw_rad)
 
     def snapshot(self, time_s: float) -> Snapshot:
         """All poses at a time within the last policy step, both ends included.
@@ -273,30 +211,13 @@ class World:
             return math.nan
         return float(max(0.0, self._stay_start_s[relevant].min() - time))
 
-    def _time_to_vehicle_s(self) -> float:
-        """Time to touch a vehicle ahead in the ego's way, both holding their speeds; inf without one."""
-        ego, soonest = self._present()[0], math.inf
-        time = self._pose_time(self.time_s)
-        for index, mover in self._lane_vehicles:
-            spec = self.scenario.vehicles[index]
-            x, speed = spec.x_m, 0.0
-            if mover is not None:
-                x, speed = (float(values[mover]) for values in self._traffic.poses(time)[:2])
-            size = vehicle_size(spec.model)
-            along = size.length_m * abs(math.cos(spec.yaw_rad)) + size.width_m * abs(math.sin(spec.yaw_rad))
-            gap = x - 0.5 * along - ego.front_m - self._label.conflict_margin_m
-            closing = ego.speed_mps - speed * math.cos(spec.yaw_rad)
-            if x > ego.x_m and closing > _LANE_CONFLICT_TINY_MPS:
-                soonest = min(soonest, max(0.0, gap) / closing)
-        return soonest
-
     def facts(self) -> dict[str, Any]:
         """What the world knows of INFO_KEYS, now: plain scalars."""
-        ego = self.ego
+        ego, time = self.ego, self._pose_time(self.time_s)
         labelled, distances = self._labelled()
         ttc = min(
-            self._conflicts.time_to_contact_s(self._pose_time(self.time_s), ego.x_m, ego.speed_mps),
-            self._time_to_vehicle_s(),
+            self._conflicts.time_to_contact_s(time, ego.x_m, ego.speed_mps),
+            self._collisions.time_to_vehicle_s(time, ego, self._label.conflict_margin_m),
         )
         horizon = self._label.conflict_horizon_s
         return {

@@ -1,0 +1,166 @@
+"""Random crossings: the shares that are promised, and classes that only the crossing tells apart."""
+
+import dataclasses
+import hashlib
+import itertools
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pedcross_env.config import EgoConfig, LabelConfig, TrafficConfig, WorldConfig
+from pedcross_env.contracts import Outcome
+from pedcross_env.scenario import Scenario
+from pedcross_env.scenario.sampler import sample_crossing
+from pedcross_env.scenario.sizes import vehicle_size
+from pedcross_env.scenario.walk import Walk
+from pedcross_env.world import World
+
+EGO, TRAFFIC = EgoConfig(), TrafficConfig()
+CROSSING, STOPPING = TrafficConfig(crossing_share=1.0), TrafficConfig(crossing_share=0.0)
+
+
+def build(scenario: Scenario) -> World:
+    return World(scenario, ego=EGO, world=WorldConfig(), label=LabelConfig(), friction=0.85)
+
+
+def play(scenario: Scenario) -> tuple[World, int]:
+    """(world at its end, positive frames) without braking."""
+    world, positive = build(scenario), 0
+    while world.outcome is Outcome.RUNNING:
+        world.step(0.0)
+        positive += world.facts()["crossing"]
+    return world, positive
+
+
+def trajectory_digest(seed: int) -> str:
+    world, digest = build(sample_crossing(seed, TRAFFIC, EGO)), hashlib.sha256()
+    for _ in range(45):
+        world.step(-1.0)
+        digest.update(world.snapshot(world.time_s).actors.tobytes())
+    return digest.hexdigest()
+
+
+def test_the_same_seed_gives_the_same_scenario_and_trajectory() -> None:
+    assert sample_crossing(11, TRAFFIC, EGO) == sample_crossing(11, TRAFFIC, EGO)
+    assert sample_crossing(11, TRAFFIC, EGO) != sample_crossing(12, TRAFFIC, EGO)
+    code = f"from test_scenario_sampler import trajectory_digest; print(trajectory_digest({11}))"
+    environment = {"PATH": "/usr/bin:/bin", "PYTHONPATH": ":".join([*sys.path, __file__.rpartition("/")[0]])}
+    other = subprocess.run(
+        [sys.executable, "-c", code], check=True, env=environment, capture_output=True, text=True
+    )
+    assert other.stdout.strip() == trajectory_digest(11)
+
+
+def test_three_quarters_of_crossings_hit_who_never_brakes() -> None:
+    hits = [play(sample_crossing(seed, CROSSING, EGO))[0].outcome is Outcome.COLLISION for seed in range(100)]
+    assert 0.62 <= np.mean(hits) <= 0.87
+
+
+def test_every_crossing_has_positive_frames() -> None:
+    for seed in range(20):
+        assert play(sample_crossing(seed, CROSSING, EGO))[1] > 5
+
+
+def test_without_crossing_nobody_is_labelled_or_hit() -> None:
+    for seed in range(40):
+        world, positive = play(sample_crossing(seed, STOPPING, EGO))
+        assert positive == 0
+        assert world.outcome is Outcome.PASSED
+
+
+def test_the_classes_differ_in_the_crossing_alone() -> None:
+    for seed in range(30):
+        crossing, stopping = sample_crossing(seed, CROSSING, EGO), sample_crossing(seed, STOPPING, EGO)
+        assert crossing.street == stopping.street
+        assert crossing.vehicles == stopping.vehicles
+        assert crossing.ego_speed_mps == stopping.ego_speed_mps
+        kerb = crossing.street.kerb_y_m
+        for one, other in zip(crossing.pedestrians, stopping.pedestrians, strict=True):
+            assert (one.model, one.height_m, one.seed) == (other.model, other.height_m, other.seed)
+            times = np.arange(0.0, 10.0, 0.1)
+            a, b = Walk(one).positions(times), Walk(other).positions(times)
+            outside = np.abs(a[:, 1]) > kerb + 0.7  # who stops has begun to slow down nearer than that
+            before_kerb = np.cumprod(outside).astype(bool)
+            np.testing.assert_allclose(a[before_kerb], b[before_kerb], atol=1e-6)
+
+
+def test_shares_of_place_and_side() -> None:
+    names = [sample_crossing(seed, TRAFFIC, EGO).name.split("/") for seed in range(400)]
+    assert 0.43 < np.mean([n[0] == "crossing" for n in names]) < 0.57
+    assert 0.53 < np.mean([n[1] == "zebra" for n in names]) < 0.67
+    assert 0.43 < np.mean([n[2] == "near" for n in names]) < 0.57
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_nobody_crosses_through_a_parked_car_and_zebras_stay_clear(share: float) -> None:
+    between = 0
+    for seed in range(60):
+        scenario = sample_crossing(seed, TrafficConfig(crossing_share=1.0, parked_share=share), EGO)
+        parked = [car for car in scenario.vehicles if car.parked]
+        edges = [
+            (c.x_m - vehicle_size(c.model).length_m / 2, c.x_m + vehicle_size(c.model).length_m / 2, c.y_m)
+            for c in parked
+        ]
+        for zebra in scenario.street.crosswalks:
+            reach = zebra.width_m / 2 + 5.0
+            assert all(high <= zebra.x_m - reach or low >= zebra.x_m + reach for low, high, _ in edges)
+        for person in scenario.pedestrians:
+            if person.behaviour == "crossing":
+                x = person.legs[-1].to_x_m
+                assert all(high <= x - 0.59 or low >= x + 0.59 for low, high, _ in edges)
+                beside = [
+                    1
+                    for low, high, y in edges
+                    if y * person.y_m > 0 and min(abs(high - x), abs(low - x)) < 1.8
+                ]
+                between += len(beside) >= 2
+        for side in (-1, 1):
+            spans = sorted((low, high) for low, high, y in edges if y * side > 0)
+            assert all(a[1] < b[0] for a, b in itertools.pairwise(spans))
+    assert between > 10
+
+
+def test_one_or_two_people_cross() -> None:
+    counts = [
+        sum(p.behaviour == "crossing" for p in sample_crossing(seed, CROSSING, EGO).pedestrians)
+        for seed in range(80)
+    ]
+    assert set(counts) == {1, 2}
+
+
+def test_children_are_small() -> None:
+    for seed in range(60):
+        for person in sample_crossing(seed, TRAFFIC, EGO).pedestrians:
+            assert (person.height_m <= 1.4) == (person.model == "child")
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), demand=st.sampled_from([-9.0, -2.0, 0.0, 3.0]))
+def test_any_seed_plays_to_an_outcome_without_nan(seed: int, demand: float) -> None:
+    scenario = sample_crossing(seed, TRAFFIC, EGO)
+    world = build(scenario)
+    while world.outcome is Outcome.RUNNING:
+        world.step(demand if world.time_s > 1 else 0.0)
+        shot, facts = world.snapshot(world.time_s), world.facts()
+        for field in ("x", "y", "z", "yaw", "pitch", "speed", "gait_phase", "gait_stride", "head_yaw"):
+            assert np.isfinite(shot.actors[field]).all()
+        assert not any(math.isnan(facts[k]) for k in ("ttc_s", "distance_m", "speed_mps", "position_m"))
+        assert facts["crossing"] == int(len(world.crossing_ids()) > 0)
+    assert world.time_s <= scenario.duration_s + 1e-9
+
+
+def test_odd_settings_still_give_scenarios() -> None:
+    for changes in (
+        {"duration_s": 1.0},
+        {"max_bystanders": 0},
+        {"ego_speed_mps": (30.0, 40.0)},
+        {"parked_share": 0.0},
+    ):
+        traffic = dataclasses.replace(TRAFFIC, **changes)
+        for seed in range(5):
+            assert play(sample_crossing(seed, traffic, EGO))[0].outcome is not Outcome.RUNNING
