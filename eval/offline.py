@@ -6,7 +6,7 @@ import dataclasses
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -25,6 +25,7 @@ __all__ = ["BenchmarkConfig", "BenchmarkReport", "benchmark", "score_table"]
 Loader = Callable[[str], Any]
 Progress = Callable[[int, int, str], None]
 BATCH = 16
+EXAMPLE_CLIPS = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,12 +75,22 @@ class BenchmarkReport:
 
 @dataclass(slots=True)
 class _Tally:
-    """What of a subset could not be used."""
+    """What of a subset could not be used, and one clip of each video to measure spikes on."""
 
     damaged_images: int = 0
     short_videos: int = 0
     lost_clips: int = 0
     first_error: str = ""
+    example_clips: list[np.ndarray] = field(default_factory=list)
+
+    def counts(self) -> dict[str, Any]:
+        """Everything but the clips."""
+        return {
+            "damaged_images": self.damaged_images,
+            "short_videos": self.short_videos,
+            "lost_clips": self.lost_clips,
+            "first_error": self.first_error,
+        }
 
 
 def benchmark(
@@ -122,8 +133,8 @@ def benchmark(
             progress(done, total, f"{spec.name}, {subset}/{video.name}")
         spent_ms = 1e3 * (time.perf_counter() - begin_s) / len(rows) if rows else float("nan")
         clips += rows
-        scores = score_table(rows, spec, subset, config)
-        table.append(scores | dataclasses.asdict(tally) | {"ms_per_clip": spent_ms})
+        scores = score_table(rows, spec, subset, config) | _energy(detector, tally.example_clips)
+        table.append(scores | tally.counts() | {"ms_per_clip": spent_ms})
     write_rows(config.out / "clips.parquet", clips)
     write_rows(config.out / "offline.parquet", table)
     write_json(config.out / "benchmark.json", _provenance(config, specs))
@@ -171,6 +182,24 @@ def score_table(
         "brier": metrics.brier(labels, p),
         "ece": metrics.expected_calibration_error(labels, p),
         "note": note,
+    }
+
+
+def _energy(detector: Any, clips: Sequence[np.ndarray]) -> dict[str, Any]:
+    """Mean energy of a clip, where the detector is a network of ours; nan where it cannot be counted."""
+    network, preprocess = getattr(detector, "network", None), getattr(detector, "preprocess", None)
+    if network is None or preprocess is None or not clips:
+        return {"energy_mj": float("nan"), "macs": float("nan"), "acs": float("nan"), "parameters": None}
+    from perception.energy import count_energy
+    from perception.streaming import clip_tensor
+
+    small = [np.stack([preprocess.shrink(image) for image in clip]) for clip in clips]
+    counted = [count_energy(network, clip_tensor(clip[None], preprocess)) for clip in small]
+    return {
+        "energy_mj": float(np.mean([energy.millijoules for energy in counted])),
+        "macs": float(np.mean([energy.macs for energy in counted])),
+        "acs": float(np.mean([energy.acs for energy in counted])),
+        "parameters": sum(parameter.numel() for parameter in network.parameters()),
     }
 
 
@@ -224,6 +253,8 @@ def _score_video(
     for begin in range(0, len(whole), BATCH):
         batch = whole[begin : begin + BATCH]
         clips = np.array([images[starts[i] : starts[i] + frames] for i in batch], dtype=np.uint8)
+        if begin == 0 and len(tally.example_clips) < EXAMPLE_CLIPS:
+            tally.example_clips.append(clips[len(clips) // 2])
         p = np.asarray(detector.predict(clips), dtype=np.float64)
         if p.shape != (len(batch),) or np.isnan(p).any():
             raise DataError(f"{spec.name} returned {p!r} for {len(batch)} clips of {subset}/{video.name}.")

@@ -30,13 +30,14 @@ def bar(title: str, console: Console) -> Iterator[Callable[[int, int, str], None
         TextColumn("{task.description}"), BarColumn(bar_width=24), MofNCompleteColumn(), TimeElapsedColumn(),
         TextColumn("left"), TimeRemainingColumn(), TextColumn("[dim]{task.fields[what]}"),
     )  # fmt: skip
-    with Progress(*columns, console=console) as progress:
-        task = progress.add_task(title, total=None, what="")
+    progress = Progress(*columns, console=console)
+    task = progress.add_task(title, total=None, what="")
 
-        def report(done: int, total: int, what: str) -> None:
-            progress.update(task, completed=done, total=total, what=what)
+    def report(done: int, total: int, what: str) -> None:
+        progress.start()  # at the first call: an error before it should not leave an empty bar
+        progress.update(task, completed=done, total=total, what=what)
 
+    try:
         yield report
-    if not console.is_terminal:
-        finished = progress.tasks[0]
-        console.print(f"{title}: {finished.completed:g} of {finished.total or 0:g}", highlight=False)
+    finally:
+        progress.stop()

@@ -1,0 +1,270 @@
+"""The command line: each subcommand is one dataclass of settings and one function.
+
+A subcommand's modules are imported only when it runs, so that ``pedcross --help`` answers at once.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import shlex
+import sys
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pedcross_env.errors import ConfigError, PedcrossError, unknown_name
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+__all__ = ["COMMANDS", "main"]
+
+T = TypeVar("T")
+EXIT_ERROR, EXIT_INTERRUPTED = 2, 130
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a subcommand.
+
+    Args:
+        argv: Arguments without the program's name; default: the process's.
+
+    Returns:
+        0; 2 for an error a user can mend (its text goes to stderr); 130 when interrupted.
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if not arguments or arguments[0] in ("-h", "--help", "help"):
+        print(_help())
+        return 0
+    if arguments[0] in ("-V", "--version"):
+        from importlib.metadata import version
+
+        print(f"pedcross {version('pedcross')}")
+        return 0
+    try:
+        if arguments[0] not in COMMANDS:
+            raise unknown_name("command", arguments[0], COMMANDS)
+        from rich.console import Console
+
+        COMMANDS[arguments[0]][1](arguments[1:], Console())
+    except PedcrossError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return EXIT_ERROR
+    except OSError as error:
+        print(f"error: {error.filename or 'input or output'}: {error.strerror or error}", file=sys.stderr)
+        return EXIT_ERROR
+    except KeyboardInterrupt:
+        print("stopped; the same command goes on from what is finished.", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    return 0
+
+
+def _help() -> str:
+    width = max(map(len, COMMANDS)) + 2
+    lines = [f"  {name:<{width}}{text}" for name, (text, _) in COMMANDS.items()]
+    return "\n".join(
+        [
+            "usage: pedcross COMMAND [OPTIONS]",
+            "",
+            "Score detectors of crossing pedestrians: offline on recorded clips, and braking in the loop.",
+            "",
+            *lines,
+            "",
+            "pedcross COMMAND --help lists a command's options; begin with pedcross demo.",
+        ]
+    )
+
+
+def _parse(config: type[T], arguments: list[str], command: str) -> T:
+    """Build ``config`` from arguments.
+
+    For a wrong flag tyro prints what is wrong and exits with 2; where the config itself refuses a value, its
+    own error is raised instead of tyro's box around it.
+    """
+    import tyro
+
+    printed = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(printed):
+            return tyro.cli(
+                config,
+                args=arguments,
+                prog=f"pedcross {command}",
+                description=COMMANDS[command][0],
+                config=(tyro.conf.AvoidSubcommands,),
+            )
+    except SystemExit as stop:
+        cause: BaseException | None = stop
+        while cause is not None and not isinstance(cause, PedcrossError):
+            cause = cause.__context__
+        if cause is not None:
+            raise cause from None
+        sys.stderr.write(printed.getvalue())
+        raise
+
+
+def _generate(arguments: list[str], console: Console) -> None:
+    from eval.progress import bar
+    from pedcross_env.recorder import GenerateConfig, generate
+
+    config = _parse(GenerateConfig, arguments, "generate")
+    with bar("recording videos", console) as progress:
+        report = generate(config, progress)
+    _say(
+        console,
+        f"{report.recorded} videos recorded, {report.already_there} were there: {report.frames} frames, "
+        f"{report.positive_frames} of them with a crossing, in {report.root}",
+    )
+
+
+def _train(arguments: list[str], console: Console) -> None:
+    from perception.training import TrainConfig, train
+
+    config = _parse(TrainConfig, arguments, "train")
+    result = train(config, command=shlex.join(["pedcross", "train", *arguments]), console=console)
+    _say(console, f"checkpoint: {result.checkpoint}")
+
+
+def _checkpoints(arguments: list[str], console: Console) -> None:
+    from eval.checkpoints import CheckpointsConfig, make_checkpoints
+
+    for result in make_checkpoints(_parse(CheckpointsConfig, arguments, "checkpoints"), console):
+        _say(console, f"checkpoint: {result.checkpoint}")
+
+
+def _benchmark(arguments: list[str], console: Console) -> None:
+    from eval.offline import BenchmarkConfig, benchmark
+    from eval.progress import bar
+    from eval.report.format import interval, number
+
+    config = _parse(BenchmarkConfig, arguments, "benchmark")
+    with bar("scoring clips", console) as progress:
+        report = benchmark(config, progress)
+    rows = [
+        (
+            row["detector"],
+            row["subset"],
+            number(row["auroc"], 3),
+            interval(row["auroc_low"], row["auroc_high"], 3),
+            number(row["f_score"], 2),
+            f"{row['positives']} of {row['clips']}",
+            row["note"],
+        )
+        for row in report.table
+    ]
+    _table(console, ("detector", "subset", "AUROC", "95 %", "F-score", "positive clips", "note"), rows)
+
+
+def _evaluate(arguments: list[str], console: Console) -> None:
+    from eval.closed_loop import EvaluateConfig, evaluate
+    from eval.demo import capture_for
+    from eval.progress import bar
+    from eval.report.format import percent_interval
+    from eval.summary import summarise
+
+    config = _parse(EvaluateConfig, arguments, "evaluate")
+    with bar("driving episodes", console) as progress:
+        report = evaluate(config, progress)
+    capture_for(config)
+    if report.other_setups:
+        _say(
+            console,
+            f"{report.other_setups} episodes in {config.out} are of another setup: left aside.",
+        )
+    rows = [
+        (row["detector"], row["group"], f"{row['collisions']} of {row['crossings']}",
+         percent_interval(row["collision_low"], row["collision_high"]),
+         f"{row['false_braking']} of {row['free_episodes']}")
+        for row in summarise(report.rows) if row["main"]
+    ]  # fmt: skip
+    _table(console, ("source", "weather", "collisions", "95 %", "brakes for nobody"), rows)
+
+
+def _report(arguments: list[str], console: Console) -> None:
+    from eval.report import ReportConfig, build_report
+
+    _say(console, f"report: {build_report(_parse(ReportConfig, arguments, 'report').out)}")
+
+
+def _demo(arguments: list[str], console: Console) -> None:
+    from eval.demo import DemoConfig, run_demo
+    from eval.report.results import read_results
+    from eval.report.words import summary_sentences
+
+    report = run_demo(_parse(DemoConfig, arguments, "demo"), console)
+    for sentence in summary_sentences(read_results(report.parent)):
+        _say(console, f"- {sentence}")
+    _say(console, f"report: {report}")
+
+
+def _warmup(arguments: list[str], console: Console) -> None:
+    _no_options(arguments, "warmup")
+    import numpy as np
+
+    from eval.jobs import make_env
+    from pedcross_env.config import EnvConfig
+
+    _say(console, "compiling the kernels of camera, weather and sensors; once per installation ...")
+    begin_s = time.perf_counter()
+    env = make_env(EnvConfig())
+    for weather in ("clear", "rain", "fog"):
+        env.reset(seed=0, options={"weather": weather})
+        for _ in range(2):
+            env.step(np.zeros(1, np.float32))
+    env.close()
+    _say(console, f"ready after {time.perf_counter() - begin_s:.1f} s")
+
+
+def _weathers(arguments: list[str], console: Console) -> None:
+    _no_options(arguments, "weathers")
+    from pedcross_env.weather import BAD_WEATHERS, weather_by_name, weather_names
+
+    rows = []
+    for name in weather_names():
+        weather = weather_by_name(name)
+        visibility = "" if weather.visibility_m == float("inf") else f"{weather.visibility_m:.0f}"
+        group = "bad" if name in BAD_WEATHERS else ""
+        sun = f"{weather.sun_altitude_deg:.0f}"
+        rows.append((name, visibility, f"{weather.rain_mm_h:g}", sun, f"{weather.friction:.2f}", group))
+    _table(console, ("weather", "visibility m", "rain mm/h", "sun deg", "friction", "group"), rows)
+
+
+def _no_options(arguments: list[str], command: str) -> None:
+    if arguments in (["-h"], ["--help"]):
+        print(f"usage: pedcross {command}\n\n{COMMANDS[command][0]}")
+        raise SystemExit(0)
+    if arguments:
+        raise ConfigError(f"'pedcross {command}' takes no options, but {arguments[0]!r} was given.")
+
+
+def _say(console: Console, text: str) -> None:
+    console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+
+def _table(console: Console, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(*head, box=box.SIMPLE_HEAD)
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+
+
+COMMANDS: dict[str, tuple[str, Callable[[list[str], Any], None]]] = {
+    "demo": ("the whole way once, small: record, score, drive, report", _demo),
+    "generate": ("record labelled videos, RGB and events, in the paper's layout", _generate),
+    "train": ("train a network on recorded videos and write a checkpoint", _train),
+    "checkpoints": ("make the networks that are shipped: record, train, install", _checkpoints),
+    "benchmark": ("score detectors on recorded videos: AUROC, F-score, intervals", _benchmark),
+    "evaluate": ("let detectors brake on seeded crossings, beside the controls", _evaluate),
+    "report": ("one HTML page of the results in a folder", _report),
+    "weathers": ("list the weathers", _weathers),
+    "warmup": ("compile the kernels now instead of at the first use", _warmup),
+}
+"""Name to what it does and the function that does it."""
+
+
+if __name__ == "__main__":
+    sys.exit(main())
