@@ -40,4 +40,5 @@ def bar(title: str, console: Console) -> Iterator[Callable[[int, int, str], None
     try:
         yield report
     finally:
-        progress.stop()
+        if progress.live.is_started:
+            progress.stop()

@@ -149,13 +149,14 @@ def auroc_against_collisions(results: Results) -> str | None:
                 rate = 100 * risk[name]["collision_rate"]
                 axis.axhline(rate, color=CONTROL_COLOUR, linestyle=style, linewidth=1.2)
                 _note(axis, name, (1, rate), (-2, 2), "right", xycoords=("axes fraction", "data"))
-        for score, row in both:
+        for i, (score, row) in enumerate(both):
+            size = max(5.0, 10.0 - 0.7 * i)  # the later the smaller: equal points stay visible
             colour, rate = colours[row["detector"]], 100 * row["collision_rate"]
             axis.plot([score["auroc_low"], score["auroc_high"]], [rate, rate], color=colour, alpha=0.5)
             axis.plot([score["auroc"]] * 2, [100 * row["collision_low"], 100 * row["collision_high"]],
                       color=colour, alpha=0.5)  # fmt: skip
             marker = MODALITY_MARKER[row["modality"]]
-            marks = axis.plot(score["auroc"], rate, marker, color=colour, markersize=7, linestyle="")
+            marks = axis.plot(score["auroc"], rate, marker, color=colour, markersize=size, linestyle="")
             seen[row["detector"]] = marks[0]
         axis.set_title(group_title(group), fontsize=10, loc="left")
         axis.set_xlabel("offline AUROC", fontsize=9)
@@ -176,7 +177,8 @@ def collisions_against_false_braking(results: Results) -> str | None:
     seen: dict[str, Any] = {}
     for axis, group in zip(axes, groups, strict=True):
         rows = [r for r in usable if r["group"] == group]
-        for name in dict.fromkeys(r["detector"] for r in rows):
+        for i, name in enumerate(dict.fromkeys(r["detector"] for r in rows)):
+            size = max(5.0, 11.0 - 0.7 * i)  # the later the smaller: equal points stay visible
             own = sorted((r for r in rows if r["detector"] == name), key=lambda r: r["threshold"])
             x, y = ([100 * r[key] for r in own] for key in ("false_rate", "collision_rate"))
             colour = _colour(colours, own[0])
@@ -185,7 +187,7 @@ def collisions_against_false_braking(results: Results) -> str | None:
                 axis.plot(x, y, ".", color=colour, markersize=5)
             main = [(a, b) for a, b, r in zip(x, y, own, strict=True) if r["main"]]
             marks = axis.plot(*zip(*main, strict=True), MODALITY_MARKER[own[0]["modality"]], color=colour,
-                              markersize=7, linestyle="")  # fmt: skip
+                              markersize=size, markeredgecolor="white", linestyle="")  # fmt: skip
             if own[0]["kind"] == "control":
                 right = main[0][0] > 60
                 _note(axis, name, main[0], (-6 if right else 6, 5), "right" if right else "left")
@@ -194,7 +196,7 @@ def collisions_against_false_braking(results: Results) -> str | None:
         axis.set_title(group_title(group), fontsize=10, loc="left")
         axis.set_xlabel("braking for nobody,\n% of drives without a crossing", fontsize=9)
         axis.set_xlim(-4, 104)
-        axis.set_ylim(-4, 104)
+        axis.set_ylim(-4, 112)
     axes[0].set_ylabel("collisions, % of crossings", fontsize=9)
     _legend(figure, seen)
     return _svg(figure)
