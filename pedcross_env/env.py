@@ -223,7 +223,7 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         crossing = self.world.crossing_ids()
         if not crossing or self._vision is None or self._sight is None or self._sight.frame is None:
             return math.nan
-        return self._vision.visible_fraction(crossing[0], self._sight.frame)
+        return self._vision.visible_fraction(crossing[0], self._sight.frame, self.world.time_s)
 
 
 def _seed_of(stream: np.random.SeedSequence) -> int:

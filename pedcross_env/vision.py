@@ -94,6 +94,10 @@ class Vision:
         frame = self.render(end_s) if "rgb" in config.modalities else None
         return Sight(self._expose(frame, end_s - start_s), counts, events, frame, subframes, flow)
 
+    def visible_fraction(self, actor_id: int, frame: Frame, time_s: float) -> float:
+        """Share of an actor's silhouette that ``frame``, the full render at ``time_s``, shows."""
+        return self._renderer.visible_fraction(frame, self._world.snapshot(time_s), actor_id)
+
     def expose_once(self, time_s: float) -> np.ndarray:
         """Take a picture with a fresh automatic exposure, for people; changes no sensor's state."""
         state = rgb.initial_rgb_state(self._config.rgb)
