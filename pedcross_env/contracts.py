@@ -116,8 +116,8 @@ INFO_KEYS: dict[str, type] = {
     "scenario": str,
     "weather": str,
     "crossing": int,  # the frame's label, 0 or 1
-    "crossing_in_s": float,  # until a pedestrian steps onto the carriageway; 0 while crossing; nan: never
-    "visible_fraction": float,  # of the nearest crossing pedestrian, from instance ids; nan: none or not rendered
+    "crossing_in_s": float,  # until a pedestrian steps onto the carriageway; 0 while crossing; inf: never
+    "visible_fraction": float,  # of the nearest crossing pedestrian, from instance ids; -1: none or not rendered
     "conflict": bool,  # holding its speed, the ego would touch a pedestrian within the conflict horizon
     "ttc_s": float,  # time to that contact; inf without one
     "distance_m": float,  # from the ego's front to the nearest crossing pedestrian ahead; inf: none
@@ -125,13 +125,16 @@ INFO_KEYS: dict[str, type] = {
     "acceleration_mps2": float,
     "demand_mps2": float,  # what the action asked for
     "position_m": float,  # of the ego's front along the street
-    "impact_speed_mps": float,  # nan without collision
+    "impact_speed_mps": float,  # -1 without collision
     "collided_with": int,  # actor id, 0: none
     "outcome": str,  # Outcome
     "subframes": int,  # luminance renders of this step
-    "flow_px": float,  # bound on image motion between two of them; nan without dvs
+    "flow_px": float,  # bound on image motion between two of them; -1 without dvs
 }
-"""Keys and types of every step's info. ``events`` (EVENT_DTYPE array) is added where asked for."""
+"""Keys and types of every step's info. ``events`` (EVENT_DTYPE array) is added where asked for.
+
+No value is nan, which equals nothing, not even itself: infos of twin episodes compare equal.
+"""
 
 
 def check_info(info: dict[str, Any]) -> None:

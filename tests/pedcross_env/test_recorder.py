@@ -94,4 +94,6 @@ def test_the_recording_driver_is_blind_and_seeded():
     first, again, other = (recording_actions(seed, 300, 30) for seed in (1, 1, 2))
     assert np.array_equal(first, again)
     assert not np.array_equal(first, other)
-    assert first.min() < 0 < first.max()
+    many = np.concatenate([recording_actions(seed, 300, 30) for seed in range(20)])
+    assert 0.1 < np.mean(many < 0) < 0.4
+    assert 0.1 < np.mean(many > 0) < 0.4
