@@ -68,7 +68,9 @@ class _Builder:
         self.points: list[tuple[float, float, float]] = []
         self.parts: list[list[tuple[list[int], int, int]]] = []
 
-    def prism(self, profile: list[tuple[float, float, float]], material: int, side: int | None = None) -> None:
+    def prism(
+        self, profile: list[tuple[float, float, float]], material: int, side: int | None = None
+    ) -> None:
         """Extrude a side profile [(x, z, half width)], counter-clockwise seen from the right (x ahead, z up)."""
         base, n = len(self.points), len(profile)
         self.points += [(x, -w, z) for x, z, w in profile] + [(x, w, z) for x, z, w in profile]
@@ -99,14 +101,31 @@ class _Builder:
             outer = side * half_width
             for y in (outer if side < 0 else outer - thick, outer + thick if side < 0 else outer):
                 self.points += [(x + radius * np.cos(a), y, radius + radius * np.sin(a)) for a in angles]
-            faces = [(list(range(base, base + 12)), TYRE, 0), (list(range(base + 23, base + 11, -1)), TYRE, 0)]
-            faces += [([base + (i + 1) % 12, base + i, base + 12 + i, base + 12 + (i + 1) % 12], TYRE, 0) for i in range(12)]
+            faces = [
+                (list(range(base, base + 12)), TYRE, 0),
+                (list(range(base + 23, base + 11, -1)), TYRE, 0),
+            ]
+            faces += [
+                ([base + (i + 1) % 12, base + i, base + 12 + i, base + 12 + (i + 1) % 12], TYRE, 0)
+                for i in range(12)
+            ]
             self.parts.append(faces)
-            disc = [(x + 0.62 * radius * np.cos(a), outer, radius + 0.62 * radius * np.sin(a)) for a in angles]
+            disc = [
+                (x + 0.62 * radius * np.cos(a), outer, radius + 0.62 * radius * np.sin(a)) for a in angles
+            ]
             self.paint(disc if side < 0 else disc[::-1], RIM)
 
 
-def _car(length: float, width: float, height: float, hood: float, boot: float, belt: float, rake: tuple[float, float], wheel: float) -> _Builder:
+def _car(
+    length: float,
+    width: float,
+    height: float,
+    hood: float,
+    boot: float,
+    belt: float,
+    rake: tuple[float, float],
+    wheel: float,
+) -> _Builder:
     """Build a car: body, cabin with glass, wheels, lights. ``hood``/``boot``: lengths ahead of and behind the cabin."""
     b = _Builder()
     l, w = length / 2, width / 2
@@ -120,17 +139,55 @@ def _car(length: float, width: float, height: float, hood: float, boot: float, b
     front, rear = l - 0.79 * wheel - 0.55, -l + 0.79 * wheel + 0.52
     for x in (front, rear):  # wheel arches
         angles = np.linspace(0, np.pi, 8)
-        arch = [(x + 1.18 * wheel * np.cos(a), -w * 0.955, max(low, wheel + 1.18 * wheel * np.sin(a))) for a in angles]
+        arch = [
+            (x + 1.18 * wheel * np.cos(a), -w * 0.955, max(low, wheel + 1.18 * wheel * np.sin(a)))
+            for a in angles
+        ]
         arch = [(x + 1.18 * wheel, -w * 0.955, low), *arch, (x - 1.18 * wheel, -w * 0.955, low)]
         b.paint(arch, DARK, mirror=True)
-    b.paint([(-l + 0.3, -w * 0.962, low), (l - 0.3, -w * 0.962, low), (l - 0.3, -w * 0.962, low + 0.07), (-l + 0.3, -w * 0.962, low + 0.07)], TRIM, mirror=True)
+    b.paint(
+        [
+            (-l + 0.3, -w * 0.962, low),
+            (l - 0.3, -w * 0.962, low),
+            (l - 0.3, -w * 0.962, low + 0.07),
+            (-l + 0.3, -w * 0.962, low + 0.07),
+        ],
+        TRIM,
+        mirror=True,
+    )
     fx, bx = l + 0.001, -l - 0.001
-    b.paint([(fx, -w * 0.52, 0.56), (fx, w * 0.52, 0.56), (fx - 0.02, w * 0.52, 0.68), (fx - 0.02, -w * 0.52, 0.68)], TRIM)
+    b.paint(
+        [
+            (fx, -w * 0.52, 0.56),
+            (fx, w * 0.52, 0.56),
+            (fx - 0.02, w * 0.52, 0.68),
+            (fx - 0.02, -w * 0.52, 0.68),
+        ],
+        TRIM,
+    )
     b.paint([(fx, -w * 0.66, 0.28), (fx, w * 0.66, 0.28), (fx, w * 0.6, 0.42), (fx, -w * 0.6, 0.42)], TRIM)
     b.paint([(fx, -0.26, 0.44), (fx, 0.26, 0.44), (fx, 0.26, 0.55), (fx, -0.26, 0.55)], PLATE)
-    b.paint([(fx - 0.01, w * 0.56, 0.58), (fx - 0.02, w * 0.84, 0.60), (fx - 0.03, w * 0.84, 0.73), (fx - 0.03, w * 0.56, 0.70)], HEADLIGHT, mirror=True)
+    b.paint(
+        [
+            (fx - 0.01, w * 0.56, 0.58),
+            (fx - 0.02, w * 0.84, 0.60),
+            (fx - 0.03, w * 0.84, 0.73),
+            (fx - 0.03, w * 0.56, 0.70),
+        ],
+        HEADLIGHT,
+        mirror=True,
+    )
     b.paint([(bx, -0.26, 0.50), (bx, -0.26, 0.62), (bx, 0.26, 0.62), (bx, 0.26, 0.50)], PLATE)
-    b.paint([(bx + 0.03, w * 0.56, belt - 0.28), (bx + 0.05, w * 0.56, belt - 0.10), (bx + 0.05, w * 0.88, belt - 0.10), (bx + 0.03, w * 0.88, belt - 0.28)], TAIL, mirror=True)
+    b.paint(
+        [
+            (bx + 0.03, w * 0.56, belt - 0.28),
+            (bx + 0.05, w * 0.56, belt - 0.10),
+            (bx + 0.05, w * 0.88, belt - 0.10),
+            (bx + 0.03, w * 0.88, belt - 0.28),
+        ],
+        TAIL,
+        mirror=True,
+    )
     b.paint([(bx, -w * 0.85, 0.30), (bx, -w * 0.85, 0.42), (bx, w * 0.85, 0.42), (bx, w * 0.85, 0.30)], TRIM)
     x0, x1 = -l + boot, l - hood  # cabin at the belt line
     t0, t1, roof = x0 + rake[0], x1 - rake[1], w * 0.74
@@ -139,10 +196,16 @@ def _car(length: float, width: float, height: float, hood: float, boot: float, b
          (t0, height - 0.05, roof)],
         PAINT,
     )  # fmt: skip
+
     def at(s: float, t: float, side: float) -> tuple[float, float, float]:
         """Point on the cabin's side: s along from the rear, t up."""
         a0, a1 = x0 + t * (t0 - x0), x1 + t * (t1 - x1)
-        return (a0 + s * (a1 - a0), side * (w * 0.95 + t * (roof - w * 0.95)), belt - 0.02 + t * (height - 0.05 - belt + 0.02))
+        return (
+            a0 + s * (a1 - a0),
+            side * (w * 0.95 + t * (roof - w * 0.95)),
+            belt - 0.02 + t * (height - 0.05 - belt + 0.02),
+        )
+
     for s0, s1 in ((0.08, 0.48), (0.52, 0.93)):
         b.paint([at(s0, 0.1, -1), at(s1, 0.1, -1), at(s1, 0.84, -1), at(s0, 0.84, -1)], GLASS, mirror=True)
     for s, flip in ((1.0, False), (0.0, True)):
@@ -154,7 +217,9 @@ def _car(length: float, width: float, height: float, hood: float, boot: float, b
     return b
 
 
-def _box_vehicle(length: float, width: float, height: float, wheel: float, panes: int, nose: float) -> _Builder:
+def _box_vehicle(
+    length: float, width: float, height: float, wheel: float, panes: int, nose: float
+) -> _Builder:
     """Build a van or a bus: one body with glass, wheels and lights."""
     b = _Builder()
     l, w, low = length / 2, width / 2, 0.32
@@ -167,22 +232,52 @@ def _box_vehicle(length: float, width: float, height: float, wheel: float, panes
     front, rear = l - (1.0 if panes < 4 else 2.4), -l + (1.0 if panes < 4 else 2.6)
     for x in (front, rear):
         angles = np.linspace(0, np.pi, 8)
-        arch = [(x + 1.18 * wheel, -w - 0.002, low)] + [(x + 1.18 * wheel * np.cos(a), -w - 0.002, max(low, wheel * (1 + 1.18 * np.sin(a)))) for a in angles]
+        arch = [(x + 1.18 * wheel, -w - 0.002, low)] + [
+            (x + 1.18 * wheel * np.cos(a), -w - 0.002, max(low, wheel * (1 + 1.18 * np.sin(a))))
+            for a in angles
+        ]
         b.paint([*arch, (x - 1.18 * wheel, -w - 0.002, low)], DARK, mirror=True)
     top = height - 0.42
     start = l - nose - 1.1 if panes < 4 else -l + 0.4
     step = 1.0 if panes < 4 else (length - nose - 0.9) / panes
     for k in range(panes):
         a = start - 1.15 * k if panes < 4 else start + k * step
-        b.paint([(a, -w * 1.002, belt), (a + step * 0.93, -w * 1.002, belt), (a + step * 0.93, -w * 0.955, top), (a, -w * 0.955, top)], GLASS, mirror=True)
+        b.paint(
+            [
+                (a, -w * 1.002, belt),
+                (a + step * 0.93, -w * 1.002, belt),
+                (a + step * 0.93, -w * 0.955, top),
+                (a, -w * 0.955, top),
+            ],
+            GLASS,
+            mirror=True,
+        )
     f0, f1 = l - nose * 0.55, l - nose * 0.97
-    b.paint([(f0 + 0.01, -w * 0.9, belt + 0.06), (f0 + 0.01, w * 0.9, belt + 0.06), (f1 + 0.01, w * 0.84, height - 0.25), (f1 + 0.01, -w * 0.84, height - 0.25)], GLASS)
+    b.paint(
+        [
+            (f0 + 0.01, -w * 0.9, belt + 0.06),
+            (f0 + 0.01, w * 0.9, belt + 0.06),
+            (f1 + 0.01, w * 0.84, height - 0.25),
+            (f1 + 0.01, -w * 0.84, height - 0.25),
+        ],
+        GLASS,
+    )
     r = -l - 0.002
-    b.paint([(r, -w * 0.8, belt + 0.1), (r, -w * 0.76, top), (r, w * 0.76, top), (r, w * 0.8, belt + 0.1)], GLASS)
-    b.paint([(r, w * 0.72, 0.75), (r, w * 0.72, 1.25), (r, w * 0.95, 1.25), (r, w * 0.95, 0.75)], TAIL, mirror=True)
+    b.paint(
+        [(r, -w * 0.8, belt + 0.1), (r, -w * 0.76, top), (r, w * 0.76, top), (r, w * 0.8, belt + 0.1)], GLASS
+    )
+    b.paint(
+        [(r, w * 0.72, 0.75), (r, w * 0.72, 1.25), (r, w * 0.95, 1.25), (r, w * 0.95, 0.75)],
+        TAIL,
+        mirror=True,
+    )
     b.paint([(r, -0.26, 0.6), (r, -0.26, 0.72), (r, 0.26, 0.72), (r, 0.26, 0.6)], PLATE)
     fx = l + 0.002
-    b.paint([(fx, w * 0.58, 0.68), (fx, w * 0.92, 0.68), (fx, w * 0.92, 0.86), (fx, w * 0.58, 0.86)], HEADLIGHT, mirror=True)
+    b.paint(
+        [(fx, w * 0.58, 0.68), (fx, w * 0.92, 0.68), (fx, w * 0.92, 0.86), (fx, w * 0.58, 0.86)],
+        HEADLIGHT,
+        mirror=True,
+    )
     b.paint([(fx, -w * 0.5, 0.55), (fx, w * 0.5, 0.55), (fx, w * 0.5, 0.84), (fx, -w * 0.5, 0.84)], TRIM)
     b.wheel(front, wheel, w * 0.99, 0.26)
     b.wheel(rear, wheel, w * 0.99, 0.26)
@@ -243,13 +338,32 @@ BODY_CAPSULES = np.array(
         [L_HIP, L_KNEE, 0.060, 0.052, 6], [R_HIP, R_KNEE, 0.060, 0.052, 6], [BAG_LOW, BAG_HIGH, 0.055, 0.045, 7],
     ]
 )  # fmt: skip
-SKINS = np.array([[0.50, 0.30, 0.20], [0.42, 0.24, 0.15], [0.30, 0.16, 0.09], [0.16, 0.08, 0.045], [0.09, 0.045, 0.025]])
-HAIRS = np.array([[0.012, 0.010, 0.009], [0.04, 0.022, 0.012], [0.10, 0.055, 0.025], [0.30, 0.20, 0.09], [0.32, 0.31, 0.30]])
+SKINS = np.array(
+    [[0.50, 0.30, 0.20], [0.42, 0.24, 0.15], [0.30, 0.16, 0.09], [0.16, 0.08, 0.045], [0.09, 0.045, 0.025]]
+)
+HAIRS = np.array(
+    [
+        [0.012, 0.010, 0.009],
+        [0.04, 0.022, 0.012],
+        [0.10, 0.055, 0.025],
+        [0.30, 0.20, 0.09],
+        [0.32, 0.31, 0.30],
+    ]
+)
 TOPS = np.array(
     [[0.03, 0.03, 0.035], [0.08, 0.085, 0.10], [0.02, 0.05, 0.14], [0.35, 0.03, 0.03], [0.55, 0.53, 0.50], [0.50, 0.16, 0.03],
      [0.04, 0.16, 0.08], [0.52, 0.40, 0.05], [0.14, 0.10, 0.07], [0.10, 0.20, 0.35]]
 )  # fmt: skip
-TROUSERS = np.array([[0.02, 0.03, 0.07], [0.015, 0.015, 0.017], [0.05, 0.08, 0.17], [0.22, 0.17, 0.11], [0.07, 0.07, 0.075], [0.06, 0.065, 0.03]])
+TROUSERS = np.array(
+    [
+        [0.02, 0.03, 0.07],
+        [0.015, 0.015, 0.017],
+        [0.05, 0.08, 0.17],
+        [0.22, 0.17, 0.11],
+        [0.07, 0.07, 0.075],
+        [0.06, 0.065, 0.03],
+    ]
+)
 SHOES = np.array([[0.02, 0.018, 0.016], [0.5, 0.5, 0.48], [0.09, 0.045, 0.02], [0.25, 0.03, 0.03]])
 
 
@@ -267,7 +381,18 @@ def clothing(seed: int, model: int) -> np.ndarray:
     coat, bag, short = rng.random() < (0.25 if model != 1 else 0.1), rng.random() < 0.3, rng.random() < 0.25
     bag_colour = TOPS[rng.integers(len(TOPS))] * 0.8
     slots = np.zeros((8, 4))
-    for k, colour in enumerate((skin, hair, top * tone, trousers * tone, shoes, skin if short and not coat else top * tone, top * tone, bag_colour)):
+    for k, colour in enumerate(
+        (
+            skin,
+            hair,
+            top * tone,
+            trousers * tone,
+            shoes,
+            skin if short and not coat else top * tone,
+            top * tone,
+            bag_colour,
+        )
+    ):
         slots[k, :3], slots[k, 3] = np.clip(colour, 0.008, 0.7), 1.0
     slots[6, 3], slots[7, 3] = float(coat), float(bag)
     return slots

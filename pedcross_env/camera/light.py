@@ -9,7 +9,15 @@ import numpy as np
 
 from pedcross_env.weather.weather import Weather
 
-__all__ = ["BEAM_TAN_H", "BEAM_TAN_V", "Light", "light_of", "low_beam_table", "sky_illuminance_lx", "sun_illuminance_lx"]
+__all__ = [
+    "BEAM_TAN_H",
+    "BEAM_TAN_V",
+    "Light",
+    "light_of",
+    "low_beam_table",
+    "sky_illuminance_lx",
+    "sun_illuminance_lx",
+]
 
 LUMA = np.array([0.2126, 0.7152, 0.0722])
 BEAM_TAN_H = (-0.9, 0.9)  # range of the beam table, tangent of the angle to the left of the axis
@@ -92,7 +100,9 @@ def light_of(weather: Weather) -> Light:
         [math.cos(altitude) * math.cos(azimuth), math.cos(altitude) * math.sin(azimuth), math.sin(altitude)]
     )
     cloud = weather.cloudiness
-    fog = 1 - math.exp(-weather.extinction_per_m * 150.0)  # share of the sun's beam scattered by a 150 m layer
+    fog = 1 - math.exp(
+        -weather.extinction_per_m * 150.0
+    )  # share of the sun's beam scattered by a 150 m layer
     direct = sun_illuminance_lx(weather.sun_altitude_deg, cloud)
     sky = sky_illuminance_lx(weather.sun_altitude_deg, cloud) + 0.6 * fog * direct * max(0.0, direction[2])
     direct *= 1 - fog

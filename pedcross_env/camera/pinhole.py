@@ -76,5 +76,6 @@ def project(pose: CameraPose, points: np.ndarray) -> np.ndarray:
     depth = local[:, 2]
     safe = np.where(depth > 0, depth, np.nan)
     return np.stack(
-        [pose.cx + pose.focal_px * local[:, 0] / safe, pose.cy + pose.focal_px * local[:, 1] / safe, depth], axis=1
+        [pose.cx + pose.focal_px * local[:, 0] / safe, pose.cy + pose.focal_px * local[:, 1] / safe, depth],
+        axis=1,
     )

@@ -8,15 +8,20 @@ import numpy as np
 
 from pedcross_env.camera.assets import BODY_CAPSULES, MATERIALS, PAINTS, clothing, vehicle_table
 from pedcross_env.camera.kernels import lighting as env_at
-from pedcross_env.camera.kernels.finish import finish_frame
+from pedcross_env.camera.kernels.finish import finish_frame, mirror_in_road
 from pedcross_env.camera.kernels.ground import draw_ground_and_sky
 from pedcross_env.camera.kernels.scene import draw_scene
+from pedcross_env.camera.kernels.shadows import (
+    CAPSULES_PER_ACTOR,
+    MAX_EDGES,
+    POLYGONS_PER_ACTOR,
+    cast_shadows,
+)
 from pedcross_env.camera.light import BEAM_TINT, Light, light_of, low_beam_table
 from pedcross_env.camera.pinhole import CameraPose, camera_pose
 from pedcross_env.camera.scenery import (
-    ACROSS_TEXEL_M, ALONG_TEXEL_M, GROUND_TEXEL_M, Scenery, grain_integral, scenery_of, tree_shadow_capsules,
+    ACROSS_TEXEL_M, ALONG_TEXEL_M, GROUND_TEXEL_M, Scenery, grain_integral, scenery_of, sun_shear, tree_shadow_capsules,
 )  # fmt: skip
-from pedcross_env.camera.shadows import actor_shadows
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import ActorKind, Frame, Snapshot
 from pedcross_env.errors import ConfigError
@@ -41,13 +46,17 @@ class Renderer:
         self.config = config
         h, w = config.height_px, config.width_px
         self._xs = np.arange(w, dtype=np.float32) + np.float32(0.5)
-        self._buf = np.zeros((24, w), np.float32)
-        self._scratch = {c: (np.zeros((c, h, w), np.float32), np.zeros((h, w), np.float32), np.zeros((h, w), np.float32)) for c in (1, 3)}
+        self._buf = np.zeros((24, w + 2048), np.float32)
+        self._scratch = {
+            c: (np.zeros((c, h, w), np.float32), np.zeros((h, w), np.float32), np.zeros((h, w), np.float32))
+            for c in (1, 3)
+        }
         self._alpha, self._nearest, self._weight = (np.zeros((h, w), np.float32) for _ in range(3))
         self._line = np.zeros(513, np.float32)
         self._table = low_beam_table()
         self._vehicles = vehicle_table()
         self._looks: dict[tuple[int, int, int], np.ndarray] = {}
+        self._mirror: tuple[dict[int, np.ndarray], tuple[np.ndarray, ...]] | None = None
         self._scenery: Scenery | None = None
         self._light: Light | None = None
 
@@ -76,7 +85,9 @@ class Renderer:
             ConfigError: Before ``load``.
         """
         if self._scenery is None or self._light is None:
-            raise ConfigError("Renderer.render was called before load: call load(street, weather) once per episode.")
+            raise ConfigError(
+                "Renderer.render was called before load: call load(street, weather) once per episode."
+            )
         scenery, light = self._scenery, self._light
         pose = camera_pose(self.config, snapshot.ego)
         channels = 1 if luminance_only else 3
@@ -98,7 +109,7 @@ class Renderer:
             MATERIALS, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame),
             rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], frame, self._buf,
         )  # fmt: skip
-        polygons, info, capsules = actor_shadows(snapshot.actors, snapshot.ego, light, self._tree_shadows, BUILDS)
+        polygons, info, capsules = self._shadows(numbers, idents, builds, snapshot.ego, camera, light)
         street = (
             self._street.kerb_y_m, self._street.kerb_height_m, self._street.start_x_m - 100.0, ALONG_TEXEL_M, scenery.across_low,
             ACROSS_TEXEL_M, GROUND_TEXEL_M,
@@ -109,11 +120,74 @@ class Renderer:
             (out, self._alpha, self._weight, depth, ids), (np.zeros(3), self._line), self._buf,
         )  # fmt: skip
         horizon = pose.cy - pose.focal_px * rotation[2, 2] / rotation[1, 2]
+        if self._weather.wetness > 0:
+            mirror, work = self._mirror_work(channels, shape)
+            mirror_in_road(
+                out, depth, ids, horizon, pose.focal_px, camera[2], self._weather.wetness, self._weather.extinction_per_m,
+                self._weight, mirror, *work,
+            )  # fmt: skip
         luminance = np.empty(shape, np.float32)
-        finish_frame(out, depth, luminance, horizon, rotation[1, 2], rotation[2, 2], camera[2], pose.focal_px, pose.cy, env)
+        finish_frame(out, depth, luminance)
         if luminance_only:
             return Frame(luminance, None, None, None, light.airlight)
         return Frame(luminance, out, depth, ids, light.airlight)
+
+    def visible_fraction(self, frame: Frame, snapshot: Snapshot, actor_id: int) -> float:
+        """Return which share of an actor's silhouette is seen: 0 hidden, 1 in full view.
+
+        Args:
+            frame: The full render of ``snapshot``.
+            snapshot: Ego and actors.
+            actor_id: Of an actor in ``snapshot``.
+
+        Returns:
+            Pixels with its id over the pixels it has when drawn alone; nan if it covers no pixel alone.
+        """
+        if frame.instance is None:
+            return math.nan
+        alone = self._draw_alone(snapshot, actor_id)
+        return float(np.count_nonzero(frame.instance == actor_id) / alone) if alone else math.nan
+
+    def _draw_alone(self, snapshot: Snapshot, actor_id: int) -> int:
+        """Pixels of one actor without anything before it."""
+        if self._scenery is None or self._light is None:
+            raise ConfigError("Renderer was used before load: call load(street, weather) once per episode.")
+        scenery, light = self._scenery, self._light
+        pose = camera_pose(self.config, snapshot.ego)
+        shape = (self.config.height_px, self.config.width_px)
+        for plane in (self._alpha, self._nearest, self._weight):
+            plane[:] = 0
+        out, depth, ids = (
+            np.zeros((1, *shape), np.float32),
+            np.zeros(shape, np.float32),
+            np.zeros(shape, np.int32),
+        )
+        numbers, idents, looks, builds = self._actor_arrays(
+            snapshot.actors[snapshot.actors["id"] == actor_id]
+        )
+        v = self._vehicles
+        draw_scene(
+            numbers, idents, looks, builds, BODY_CAPSULES,
+            (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
+            MATERIALS, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame),
+            pose.rotation, pose.origin, self._environment(pose, snapshot.ego, light), np.zeros((0, 3)), np.zeros((0, 13)), self._table,
+            (pose.focal_px, pose.cx, pose.cy), self._xs, shape, self._scratch[1],
+            (out, self._alpha, self._nearest, self._weight, depth, ids), self._buf,
+        )  # fmt: skip
+        return int(np.count_nonzero(ids == actor_id))
+
+    def _mirror_work(
+        self, channels: int, shape: tuple[int, int]
+    ) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+        """Work space of the wet road's mirror image, made when first needed."""
+        if self._mirror is None:
+            h, w = shape
+            planes = {c: np.zeros((c, h, w), np.float32) for c in (1, 3)}
+            self._mirror = (
+                planes,
+                (np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros((h + 1, w))),
+            )
+        return self._mirror[0][channels], self._mirror[1]
 
     def _actor_arrays(self, actors: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Turn records into the kernels' tables; appearance is drawn once per (kind, model, seed)."""
@@ -132,6 +206,38 @@ class Renderer:
             if key[0] == ActorKind.PEDESTRIAN:
                 builds[i] = BUILDS[key[1]]
         return numbers, idents, looks, builds
+
+    def _shadows(
+        self,
+        numbers: np.ndarray,
+        idents: np.ndarray,
+        builds: np.ndarray,
+        ego: np.ndarray,
+        camera: np.ndarray,
+        light: Light,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Cast the shadows of actors, the ego and the trees near by."""
+        own, own_ident, _, own_build = self._actor_arrays(ego.reshape(1))
+        numbers, kinds = np.concatenate([numbers, own]), np.concatenate([idents, own_ident])[:, 1]
+        trees = self._tree_shadows[np.abs(self._tree_shadows[:, 0] - camera[0]) < 90.0]
+        polygons = np.zeros((POLYGONS_PER_ACTOR * len(numbers), MAX_EDGES, 3))
+        info = np.zeros((POLYGONS_PER_ACTOR * len(numbers), 8))
+        capsules = np.zeros((CAPSULES_PER_ACTOR * len(numbers) + len(trees), 9))
+        capsules[: len(trees)] = trees
+        sunny = bool(light.sun_lx.sum() > 0)
+        shear = sun_shear(light.sun_direction) if sunny else (0.0, 0.0)
+        n, m = cast_shadows(
+            numbers,
+            kinds,
+            np.concatenate([builds, own_build]),
+            shear,
+            sunny,
+            polygons,
+            info,
+            capsules,
+            len(trees),
+        )
+        return polygons[:n].astype(np.float32), info[:n].astype(np.float32), capsules[:m].astype(np.float32)
 
     def _environment(self, pose: CameraPose, ego: np.ndarray, light: Light) -> np.ndarray:
         """Fill the kernels' vector of light and air in camera coordinates."""
@@ -157,7 +263,9 @@ class Renderer:
         return np.ascontiguousarray(np.einsum("ij,nj->ni", pose.rotation, scenery.lamps[near] - pose.origin))
 
     def _beams(self, pose: CameraPose, actors: np.ndarray, light: Light) -> np.ndarray:
-        shining = [a for a in actors if light.beam_on and a["kind"] == ActorKind.VEHICLE and a["headlight"] > 0]
+        shining = [
+            a for a in actors if light.beam_on and a["kind"] == ActorKind.VEHICLE and a["headlight"] > 0
+        ]
         return np.array([[*_beam(pose, a), float(a["headlight"])] for a in shining]).reshape(-1, 13)
 
 
@@ -172,7 +280,10 @@ def _beam(pose: CameraPose, vehicle: np.ndarray) -> np.ndarray:
     place = np.array([float(vehicle["x"]), float(vehicle["y"]), float(vehicle["z"])])
     place = place + 0.5 * float(vehicle["length"]) * forward + 0.65 * upright
     r = pose.rotation
-    turn = [np.array([float((r[k] * axis).sum()) for k in range(3)]) for axis in (place - pose.origin, forward, left, upright)]
+    turn = [
+        np.array([float((r[k] * axis).sum()) for k in range(3)])
+        for axis in (place - pose.origin, forward, left, upright)
+    ]
     return np.concatenate(turn)
 
 

@@ -23,7 +23,12 @@ WALLS = np.array(
     [[0.42, 0.38, 0.31], [0.36, 0.20, 0.15], [0.48, 0.46, 0.42], [0.30, 0.29, 0.29], [0.44, 0.33, 0.21], [0.28, 0.17, 0.12],
      [0.40, 0.36, 0.36], [0.33, 0.36, 0.37], [0.50, 0.42, 0.30]]
 )  # fmt: skip
-LEAVES = np.array([[0.060, 0.115, 0.028], [0.075, 0.120, 0.030], [0.050, 0.095, 0.030], [0.095, 0.120, 0.032]])
+LEAVES = np.array(
+    [[0.060, 0.115, 0.028], [0.075, 0.120, 0.030], [0.050, 0.095, 0.030], [0.095, 0.120, 0.032]]
+)
+
+
+House = tuple[int, float, float, float, float, np.ndarray]  # side, x range, front y, height, wall
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,21 +79,47 @@ def grain_integral() -> np.ndarray:
         grain += amplitude * layer / layer.std()
     grain = np.clip(grain - grain.mean(), -0.5, 0.7)
     grain -= grain.mean()
-    return np.ascontiguousarray(np.concatenate([np.zeros((1, size)), np.cumsum(grain, axis=0)]), dtype=np.float32)
+    return np.ascontiguousarray(
+        np.concatenate([np.zeros((1, size)), np.cumsum(grain, axis=0)]), dtype=np.float32
+    )
 
 
-def _panel(x: float, y: float, z: float, ax: float, ay: float, length: float, height: float, wall: np.ndarray, bay: float = 0.0,
-           storey: float = 3.0, share: tuple[float, float] = (0.45, 0.55), sill: float = 0.28, seed: int = 0, trim: float = 1.25) -> np.ndarray:  # fmt: skip
+def _panel(
+    x: float, y: float, z: float, ax: float, ay: float, length: float, height: float, wall: np.ndarray
+) -> np.ndarray:
+    """Return a plain wall; see kernels.facade for what the numbers are."""
     panel = np.zeros(PANEL_SIZE)
     panel[:8] = x, y, z, ax, ay, 0.0, length, height
     panel[8:11] = wall
-    panel[11:] = bay, storey, share[0], share[1], sill, seed, z, trim, 0.0
+    panel[12], panel[17], panel[18], panel[24] = 3.0, z, 1.25, 1.0
     return panel
+
+
+def _side_wall(
+    side: int, x: float, facing: float, front: float, height: float, wall: np.ndarray, neighbour: House | None
+) -> list[np.ndarray]:
+    """Return the visible parts of a side wall: above the neighbour, and in front of it."""
+    deep = 12.0
+
+    def strip(near: float, far: float, base: float, top: float) -> np.ndarray:
+        start = near if (facing > 0) == (side > 0) else far
+        return _panel(x, start, base, 0.0, facing, abs(far - near), top - base, 0.92 * wall)
+
+    if neighbour is None:
+        return [strip(front, front + side * deep, 0.0, height)]
+    parts = []
+    next_front, next_height = neighbour[3], neighbour[4]
+    if height > next_height:
+        parts.append(strip(front, front + side * deep, next_height, height))
+    if side * (next_front - front) > 0.01:
+        parts.append(strip(front, next_front, 0.0, min(height, next_height)))
+    return parts
 
 
 def _buildings(street: StreetSpec, rng: np.random.Generator) -> np.ndarray:
     """Rows of houses on both sides: ground floor, storeys, cornice, and side walls."""
-    panels = []
+    panels: list[np.ndarray] = []
+    houses: list[House] = []
     for side in (-1, 1):
         x = street.start_x_m - 20.0
         while x < street.end_x_m + 40.0:
@@ -98,37 +129,40 @@ def _buildings(street: StreetSpec, rng: np.random.Generator) -> np.ndarray:
             front = side * (street.facade_y_m + (rng.uniform(0.2, 1.0) if rng.random() < 0.4 else 0.0))
             seed = int(rng.integers(1, 30_000))
             bays = max(2, round(length / rng.uniform(2.4, 3.4)))
-            # on the left (+y) the front runs towards -x, so that its outward normal points at the street
-            along = float(side) * -1.0
+            # the outward normal is axis x up: it points at the street on either side
+            along = float(side)
             start = x if along > 0 else x + length
             height = ground + storeys * storey
             share = (rng.uniform(0.36, 0.55), rng.uniform(0.45, 0.6))
             shop = (rng.uniform(0.5, 0.85), rng.uniform(0.5, 0.68))
-            stone = wall * rng.uniform(0.6, 1.0)
-            panels += [
-                _panel(start, front, 0.0, along, 0.0, length, ground, stone, length / max(1, bays // 2 * 1.0), ground, shop, 0.16, seed + 7),
-                _panel(start, front, ground, along, 0.0, length, storeys * storey, wall, length / bays, storey, share, 0.25, seed),
-                _panel(start, front, ground - 0.25, along, 0.0, length, 0.25, np.minimum(0.62, wall * 1.25)),
-                _panel(start, front - side * 0.15, height, along, 0.0, length, 0.55, np.minimum(0.62, wall * 1.2)),
-            ]
-            deep = 12.0
-            for wall_x, dy in ((x, -1.0), (x + length, 1.0)):  # side walls, normals towards -x and +x
-                wall_y = front if (dy > 0) == (side > 0) else front + side * deep
-                panels.append(_panel(wall_x, wall_y, 0.0, 0.0, dy, deep, height + 0.4, wall * 0.92))
+            panel = _panel(start, front, 0.0, along, 0.0, length, height + 0.5, wall)
+            panel[11:17] = length / bays, storey, *share, 0.25, seed
+            panel[19:22] = ground, length / max(1, bays // 2), shop[0]
+            panel[22:26] = 0.12 * ground, (0.12 + shop[1]) * ground, rng.uniform(0.6, 1.0), height
+            panels.append(panel)
+            houses.append((side, x, x + length, front, height + 0.4, wall))
             x += length + (rng.uniform(2, 5) if rng.random() < 0.12 else 0.0)
+    for i, (side, x0, x1, front, height, wall) in enumerate(houses):
+        before = houses[i - 1] if i > 0 and houses[i - 1][0] == side else None
+        after = houses[i + 1] if i + 1 < len(houses) and houses[i + 1][0] == side else None
+        panels += _side_wall(
+            side, x0, -1.0, front, height, wall, before if before and x0 - before[2] < 0.5 else None
+        )
+        panels += _side_wall(
+            side, x1, 1.0, front, height, wall, after if after and after[1] - x1 < 0.5 else None
+        )
     return np.array(panels)
 
 
-def _tree(x: float, y: float, base: float, rng: np.random.Generator) -> tuple[list[list[float]], tuple[float, float, float, float]]:
+def _tree(
+    x: float, y: float, base: float, rng: np.random.Generator
+) -> tuple[list[list[float]], tuple[float, float, float, float]]:
     """Trunk, branches and a crown of many leafy blobs; returns capsules and the crown's sphere."""
     height, crown = rng.uniform(5.5, 8.0), rng.uniform(1.5, 2.2)
     bark, leaf = [0.075, 0.055, 0.040], LEAVES[rng.integers(len(LEAVES))] * rng.uniform(0.8, 1.25)
     fork = height - 1.7 * crown
     parts = [[x, y, base, x, y, base + fork, 0.15, 0.10, *bark, 0.0]]
     centre = np.array([x, y, base + height - crown])
-    for _ in range(4):
-        tip = centre + rng.normal(0, 0.35, 3) * crown
-        parts.append([x, y, base + fork - 0.1, *tip, 0.075, 0.03, *bark, 0.0])
     for k in range(34):
         direction = rng.normal(size=3)
         direction /= np.linalg.norm(direction)
@@ -137,10 +171,15 @@ def _tree(x: float, y: float, base: float, rng: np.random.Generator) -> tuple[li
         p = centre + direction * spread * np.array([1.0, 1.0, 0.88])
         tone = rng.uniform(0.72, 1.3) * (0.8 + 0.25 * direction[2]) * (0.85 if k % 3 == 0 else 1.0)
         parts.append([*p, *p, radius, radius, *(leaf * tone), 0.0])
+    for _ in range(4):
+        tip = centre + rng.normal(0, 0.35, 3) * crown
+        parts.append([x, y, base + fork - 0.1, *tip, 0.075, 0.03, *bark, 0.0])
     return parts, (*centre, crown)
 
 
-def _furniture(street: StreetSpec, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _furniture(
+    street: StreetSpec, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     capsules: list[list[float]] = []
     groups, lamps, crowns = [], [], []
     z = street.kerb_height_m
@@ -152,9 +191,48 @@ def _furniture(street: StreetSpec, rng: np.random.Generator) -> tuple[np.ndarray
             first = len(capsules)
             head_y = y - side * 1.5
             capsules.append([x, y, z, x, y, z + LAMP_HEIGHT_M - 0.15, 0.075, 0.05, *steel, 0.0])
-            capsules.append([x, y, z + LAMP_HEIGHT_M - 0.15, x, head_y, z + LAMP_HEIGHT_M + 0.05, 0.045, 0.04, *steel, 0.0])
-            capsules.append([x, head_y + side * 0.25, z + LAMP_HEIGHT_M + 0.02, x, head_y - side * 0.25, z + LAMP_HEIGHT_M + 0.06, 0.085, 0.07, *steel, 0.0])
-            capsules.append([x, head_y + side * 0.2, z + LAMP_HEIGHT_M - 0.04, x, head_y - side * 0.2, z + LAMP_HEIGHT_M, 0.06, 0.05, *steel, 1.0])
+            capsules.append(
+                [
+                    x,
+                    y,
+                    z + LAMP_HEIGHT_M - 0.15,
+                    x,
+                    head_y,
+                    z + LAMP_HEIGHT_M + 0.05,
+                    0.045,
+                    0.04,
+                    *steel,
+                    0.0,
+                ]
+            )
+            capsules.append(
+                [
+                    x,
+                    head_y + side * 0.25,
+                    z + LAMP_HEIGHT_M + 0.02,
+                    x,
+                    head_y - side * 0.25,
+                    z + LAMP_HEIGHT_M + 0.06,
+                    0.085,
+                    0.07,
+                    *steel,
+                    0.0,
+                ]
+            )
+            capsules.append(
+                [
+                    x,
+                    head_y + side * 0.2,
+                    z + LAMP_HEIGHT_M - 0.04,
+                    x,
+                    head_y - side * 0.2,
+                    z + LAMP_HEIGHT_M,
+                    0.06,
+                    0.05,
+                    *steel,
+                    1.0,
+                ]
+            )
             groups.append([first, len(capsules), x, 0.5 * (y + head_y), z + 3.6, 4.0, StaticClass.FURNITURE])
             lamps.append([x, head_y, z + LAMP_HEIGHT_M - 0.05])
             x += LAMP_SPACING_M
@@ -166,7 +244,17 @@ def _furniture(street: StreetSpec, rng: np.random.Generator) -> tuple[np.ndarray
                 first = len(capsules)
                 parts, crown = _tree(x, side * (street.kerb_y_m + 0.9), z, rng)
                 capsules += parts
-                groups.append([first, len(capsules), crown[0], crown[1], 0.5 * (crown[2] + crown[3]) + 0.1, 0.5 * (crown[2] + crown[3]) + 0.6, StaticClass.VEGETATION])
+                groups.append(
+                    [
+                        first,
+                        len(capsules),
+                        crown[0],
+                        crown[1],
+                        0.5 * (crown[2] + crown[3]) + 0.1,
+                        0.5 * (crown[2] + crown[3]) + 0.6,
+                        StaticClass.VEGETATION,
+                    ]
+                )
                 crowns.append(crown)
             x += rng.uniform(9, 17)
     return np.array(capsules), np.array(groups, np.float64), np.array(lamps), np.array(crowns).reshape(-1, 4)
@@ -188,8 +276,8 @@ def _across(street: StreetSpec) -> tuple[np.ndarray, np.ndarray, float]:
     low, high = np.zeros((count, 8)), np.zeros((count, 8))
     road = d < kerb
     low[:, 0] = road
-    wear = 1 + 0.10 * np.exp(-(((d % street.lane_width_m) - 0.5 * street.lane_width_m - 0.75) / 0.25) ** 2)
-    wear += 0.10 * np.exp(-(((d % street.lane_width_m) - 0.5 * street.lane_width_m + 0.75) / 0.25) ** 2)
+    wear = 1 + 0.10 * np.exp(-((((d % street.lane_width_m) - 0.5 * street.lane_width_m - 0.75) / 0.25) ** 2))
+    wear += 0.10 * np.exp(-((((d % street.lane_width_m) - 0.5 * street.lane_width_m + 0.75) / 0.25) ** 2))
     asphalt = np.array([0.088, 0.089, 0.092])
     gutter = (d > kerb - 0.3) & road
     parking = (d > lanes) & road
@@ -197,7 +285,11 @@ def _across(street: StreetSpec) -> tuple[np.ndarray, np.ndarray, float]:
         low[:, 1 + c] = np.where(road, asphalt[c] * wear, 0.0)
         low[parking, 1 + c] = asphalt[c] * 1.22
         low[gutter, 1 + c] = 0.15
-    low[:, 4] = (np.abs(d - lanes) < 0.06) & (street.parking_width_m > 0.3) if street.parking_width_m > 0.3 else np.abs(d - lanes + 0.3) < 0.06
+    low[:, 4] = (
+        (np.abs(d - lanes) < 0.06) & (street.parking_width_m > 0.3)
+        if street.parking_width_m > 0.3
+        else np.abs(d - lanes + 0.3) < 0.06
+    )
     dash = d < 0.06
     for lane in range(1, street.lanes_per_direction):
         dash |= np.abs(d - lane * street.lane_width_m) < 0.06
@@ -207,12 +299,18 @@ def _across(street: StreetSpec) -> tuple[np.ndarray, np.ndarray, float]:
     kerbstone, walk = d - kerb < 0.18, d < street.facade_y_m
     slab = ((d - kerb - 0.18) % 0.5) < 0.012
     outside = ~road
-    for c, (stone, pave, grass) in enumerate(zip((0.34, 0.335, 0.32), (0.255, 0.245, 0.225), (0.055, 0.085, 0.03), strict=True)):
+    for c, (stone, pave, grass) in enumerate(
+        zip((0.34, 0.335, 0.32), (0.255, 0.245, 0.225), (0.055, 0.085, 0.03), strict=True)
+    ):
         value = np.where(kerbstone, stone, np.where(walk, np.where(slab, 0.6 * pave, pave), grass))
         high[:, 1 + c] = np.where(outside, value, 0.0)
     high[:, 0] = outside
     middle = count // 2
-    return _integral(low, ACROSS_TEXEL_M, middle), _integral(high, ACROSS_TEXEL_M, middle), -0.5 * count * ACROSS_TEXEL_M
+    return (
+        _integral(low, ACROSS_TEXEL_M, middle),
+        _integral(high, ACROSS_TEXEL_M, middle),
+        -0.5 * count * ACROSS_TEXEL_M,
+    )
 
 
 def _along(street: StreetSpec) -> np.ndarray:
@@ -228,7 +326,9 @@ def _along(street: StreetSpec) -> np.ndarray:
     return np.ascontiguousarray(np.concatenate([np.zeros((1, 3)), np.cumsum(profile, axis=0)]))
 
 
-def _lamp_maps(street: StreetSpec, lamps: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _lamp_maps(
+    street: StreetSpec, lamps: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Illuminance of all street lamps on the ground and on the fronts, for tint 1."""
     x = np.arange(street.start_x_m - 30.0, street.end_x_m + 60.0, MAP_STEP_M)
     y = np.arange(-street.facade_y_m - 14.0, street.facade_y_m + 14.0, MAP_STEP_M)
@@ -249,7 +349,12 @@ def _lamp_maps(street: StreetSpec, lamps: np.ndarray) -> tuple[np.ndarray, np.nd
             dy, dz = side * street.facade_y_m - ly, lz - z[:, None]
             r2 = dx**2 + dy**2 + dz**2
             fronts[k][:, near] += intensity(np.maximum(0, dz) / np.sqrt(r2)) * abs(dy) / np.sqrt(r2) / r2
-    return ground.astype(np.float32), np.array([x[0], y[0], MAP_STEP_M]), fronts.astype(np.float32), np.array([x[0], MAP_STEP_M])
+    return (
+        ground.astype(np.float32),
+        np.array([x[0], y[0], MAP_STEP_M]),
+        fronts.astype(np.float32),
+        np.array([x[0], MAP_STEP_M]),
+    )
 
 
 @lru_cache(maxsize=8)

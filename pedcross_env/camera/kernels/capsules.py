@@ -1,60 +1,83 @@
-"""Tapered capsules (limbs, trunks, poles) and spheres (heads, leaves)."""
+"""Tapered capsules (limbs, trunks, poles) and spheres (heads, leaves).
+
+They are small and many, so that one fused loop over their pixels beats passes over row slices.
+"""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from numba import njit
+
+from pedcross_env.camera.kernels.jit import kernel
 
 from pedcross_env.camera.kernels.polygons import NEAR_M, grow
-from pedcross_env.camera.kernels.rows import F0, F1, HALF, merge_row
+from pedcross_env.camera.kernels.rows import F0, F1, HALF
 
 __all__ = ["draw_capsule"]
 
 
-@njit(cache=True)
-def _shape_row(xs, y, seg, alpha, along, nx, ny, nz):
-    """Coverage, position along the axis and normal of a tapered capsule.
+@kernel
+def _span(u0, v0, q0, u1, v1, q1, row, a, b):
+    """Columns of a row that the capsule can touch: its two discs and the band between them."""
+    y = row + 0.5
+    du, dv = u1 - u0, v1 - v0
+    reach = max(q0, q1) + 0.8
+    if abs(du) + abs(dv) < 0.5:
+        half = math.sqrt(max(0.25, reach * reach - max(0.0, abs(y - v0) - 0.5) ** 2)) + 0.5
+        low, high = min(u0, u1) - half, max(u0, u1) + half
+    elif abs(dv) < 1e-6:
+        low, high = min(u0, u1) - reach, max(u0, u1) + reach
+    else:
+        ta = min(1.0, max(0.0, (y - reach - v0) / dv))
+        tb = min(1.0, max(0.0, (y + reach - v0) / dv))
+        xa, xb = u0 + ta * du, u0 + tb * du
+        low, high = min(xa, xb) - reach, max(xa, xb) + reach
+    return max(a, int(math.floor(max(low, -1.0)))), min(b, int(math.ceil(min(high, b + 1.0))))
 
-    seg: (u0, v0, du, dv, 1/len^2, r0, dr, taper) float32 in pixels.
+
+@kernel
+def _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse):
+    """Shade and unite one row; see ``draw_capsule`` and ``rows.merge_row``.
+
+    seg: u0, v0, du, dv, 1 / length^2, r0, dr (pixels), 1/z0, its slope, radius in metres.
     """
-    u0, v0, du, dv, inv, r0, dr = seg[0], seg[1], seg[2], seg[3], seg[4], seg[5], seg[6]
-    dy = y - v0
-    for i in range(xs.shape[0]):
-        dx = xs[i] - u0
+    u0, du, dv, inv, r0, dr = seg[0], seg[2], seg[3], seg[4], seg[5], seg[6]
+    dy = np.float32(row) + HALF - seg[1]
+    channels = planes.shape[0]
+    for i in range(f0, f1):
+        dx = np.float32(i) + HALF - u0
         t = max(F0, min(F1, (dx * du + dy * dv) * inv))
         px, py = dx - t * du, dy - t * dv
         r = r0 + t * dr
         d = np.sqrt(px * px + py * py)
-        outer = max(F0, min(F1, r - d + HALF))
-        inner = max(F0, min(F1, r + d + HALF))
-        alpha[i] = max(F0, outer + inner - F1)
-        along[i] = t
+        a = max(F0, min(F1, r - d + HALF) + min(F1, r + d + HALF) - F1)
+        if a <= F0:
+            continue
         scale = F1 / max(r, d + np.float32(1e-6))
-        nx[i], ny[i] = px * scale, py * scale
-        nz[i] = -np.sqrt(max(F0, F1 - nx[i] * nx[i] - ny[i] * ny[i]))
+        nx, ny = px * scale, py * scale
+        nz = -np.sqrt(max(F0, F1 - nx * nx - ny * ny))
+        centre = seg[7] + seg[8] * t
+        depth_inverse = centre / (F1 + seg[9] * nz * centre)
+        cos_sun = max(F0, sun[0] * nx + sun[1] * ny + sun[2] * nz)
+        cos_head = max(F0, head[0] * nx + head[1] * ny + head[2] * nz)
+        old = alpha[row, i]
+        total = min(F1, a + old)
+        if depth_inverse >= inverse[row, i]:
+            front, back = a, min(F1, (F1 - a) / max(old, np.float32(1e-6)))
+        else:
+            front, back = total - old, F1
+        alpha[row, i] = total
+        if a > np.float32(0.004):
+            inverse[row, i] = max(inverse[row, i], depth_inverse)
+        for c in range(channels):
+            field = max(F0, light[c, 0] + light[c, 1] * nx + light[c, 2] * ny + light[c, 3] * nz)
+            value = field + light[c, 4] * cos_sun + light[c, 5] + (heads[c, 0] + heads[c, 1] * t) * cos_head
+            planes[c, row, i] = planes[c, row, i] * back + value * front
 
 
-@njit(cache=True)
-def _shade_row(along, nx, ny, nz, base, gx, gy, gz, sun, sx, sy, sz, head, head_slope, hx, hy, hz, out):
-    """Radiance in one channel: linear light field, the sun and the ego's beam."""
-    for i in range(out.shape[0]):
-        field = max(F0, base + gx * nx[i] + gy * ny[i] + gz * nz[i])
-        direct = sun * max(F0, sx * nx[i] + sy * ny[i] + sz * nz[i])
-        beam = (head + head_slope * along[i]) * max(F0, hx * nx[i] + hy * ny[i] + hz * nz[i])
-        out[i] = field + direct + beam
-
-
-@njit(cache=True)
-def _inverse_row(along, nz, i0, di, radius, out):
-    for i in range(out.shape[0]):
-        centre = i0 + di * along[i]
-        out[i] = centre / (F1 + radius * nz[i] * centre)
-
-
-@njit(cache=True)
-def draw_capsule(p0, p1, r0, r1, albedo_light, head_ends, sun_direction, head_direction, optics, xs, size, scratch, buf, box):
+@kernel
+def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, seg, box):
     """Draw a tapered capsule into its object's scratch planes.
 
     Args:
@@ -62,15 +85,14 @@ def draw_capsule(p0, p1, r0, r1, albedo_light, head_ends, sun_direction, head_di
         p1: (3,) the other end.
         r0: Radius at ``p0``.
         r1: Radius at ``p1``.
-        albedo_light: (C, 5) radiance: constant, gradient along camera x, y, z, and from the sun at normal incidence.
-        head_ends: (C, 2) radiance from the ego's beam at normal incidence at both ends.
-        sun_direction: (3,) towards the sun, camera coordinates.
-        head_direction: (3,) towards the ego's lamps.
+        light: (C, 6) radiance: constant, gradient along camera x, y, z, from the sun at normal incidence, emitted.
+        heads: (C, 2) radiance from the ego's beam at normal incidence at ``p0``, and its change towards ``p1``.
+        sun: (3,) float32 towards the sun, camera coordinates.
+        head: (3,) float32 towards the ego's lamps.
         optics: (focal, cx, cy).
-        xs: (W,) pixel centres.
         size: (height, width).
         scratch: (planes, alpha, inverse depth).
-        buf: (24, W) work space.
+        seg: (10,) float32 work space.
         box: Bounding box to extend.
     """
     focal, cx, cy = optics
@@ -97,47 +119,13 @@ def draw_capsule(p0, p1, r0, r1, albedo_light, head_ends, sun_direction, head_di
     if row1 <= row0 or b <= a:
         return
     length2 = (u1 - u0) ** 2 + (v1 - v0) ** 2
-    seg = np.empty(7, np.float32)
     seg[0], seg[1], seg[2], seg[3] = u0, v0, u1 - u0, v1 - v0
     seg[4] = 1.0 / max(length2, 1e-6)
     seg[5], seg[6] = q0, q1 - q0
-    i0, di = np.float32(1 / z0), np.float32(1 / z1 - 1 / z0)
-    radius = np.float32(min(0.5 * (r0 + r1), 0.9 * min(z0, z1)))
-    s, h = sun_direction, head_direction
+    seg[7], seg[8] = 1 / z0, 1 / z1 - 1 / z0
+    seg[9] = min(0.5 * (r0 + r1), 0.9 * min(z0, z1))
     for row in range(row0, row1):
         f0, f1 = _span(u0, v0, q0, u1, v1, q1, row, a, b)
-        n = f1 - f0
-        if n <= 0:
-            continue
-        _shape_row(xs[f0:f1], np.float32(row + 0.5), seg, buf[0, :n], buf[1, :n], buf[8, :n], buf[9, :n], buf[10, :n])
-        _inverse_row(buf[1, :n], buf[10, :n], i0, di, radius, buf[2, :n])
-        for c in range(planes.shape[0]):
-            k = albedo_light[c]
-            _shade_row(
-                buf[1, :n], buf[8, :n], buf[9, :n], buf[10, :n], k[0], k[1], k[2], k[3], k[4], s[0], s[1], s[2],
-                head_ends[c, 0], head_ends[c, 1] - head_ends[c, 0], h[0], h[1], h[2], buf[4 + c, :n],
-            )  # fmt: skip
-        merge_row(
-            buf[4 : 4 + planes.shape[0], :n], buf[0, :n], buf[2, :n],
-            planes[:, row, f0:f1], alpha[row, f0:f1], inverse[row, f0:f1], buf[12:14, :n],
-        )  # fmt: skip
+        if f1 > f0:
+            _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse)
     grow(box, a, b, row0, row1)
-
-
-@njit(cache=True)
-def _span(u0, v0, q0, u1, v1, q1, row, a, b):
-    """Columns of a row that the capsule can touch: its two discs and the band between them."""
-    y = row + 0.5
-    du, dv = u1 - u0, v1 - v0
-    reach = max(q0, q1) + 1.0
-    low, high = 1e9, -1e9
-    if abs(dv) < 1e-6:
-        low, high = min(u0, u1) - reach, max(u0, u1) + reach
-    else:
-        slant = reach * math.sqrt(du * du + dv * dv) / abs(dv)
-        ta = min(1.0, max(0.0, (y - reach - v0) / dv))
-        tb = min(1.0, max(0.0, (y + reach - v0) / dv))
-        xa, xb = u0 + ta * du, u0 + tb * du
-        pad = min(reach, slant)
-        low, high = min(xa, xb) - pad, max(xa, xb) + pad
-    return max(a, int(math.floor(max(low, -1.0)))), min(b, int(math.ceil(min(high, b + 1.0))))

@@ -7,39 +7,51 @@ import math
 import numpy as np
 from numba import njit
 
+from pedcross_env.camera.kernels.jit import inlined, kernel
+
 from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM, ENV_BEAM_TINT, ENV_BETA, ENV_BOUNCE, ENV_LAMP, ENV_SKY, ENV_SUN, ENV_WINDOW, head_irradiance, sky_radiance,
 )  # fmt: skip
-from pedcross_env.camera.kernels.polygons import MAX_CORNERS, _column_range, _row_range, grow, polygon_edges, project_clipped
-from pedcross_env.camera.kernels.rows import F0, F1, HALF, coverage_row, hash01, merge_row
+from pedcross_env.camera.kernels.polygons import (
+    MAX_CORNERS,
+    _column_range,
+    _row_range,
+    grow,
+    polygon_edges,
+    project_clipped,
+)
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, coverage_pixels, hash01, merge_row
 
-__all__ = ["PANEL_SIZE", "draw_panel"]
+__all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 
 # a panel: 0-2 origin, 3-5 axis along it, 6 length, 7 height, 8-10 wall albedo, 11 bay, 12 storey, 13 window share of the
-# bay, 14 of the storey, 15 sill height share, 16 seed, 17 base height above the ground, 18 trim albedo factor, 19 gloss
-PANEL_SIZE = 20
+# bay, 14 of the storey, 15 sill height share, 16 seed, 17 base height above the ground, 18 trim albedo factor,
+# 19 height of the ground floor, 20 its bay, 21 its windows' share of the bay, 22-23 their sill and lintel, 24 its albedo factor,
+# 25 where the cornice starts; a bay of 0: a plain wall
+PANEL_SIZE = 26
+CHUNK = 1500  # pixels worked on at a time: fits the first-level caches
 INV_PI = np.float32(1 / math.pi)
 
 
-@njit(cache=True, inline="always")
+@inlined
 def _pulse(p, duty):
     whole = np.floor(p)
     return whole * duty + min(p - whole, duty)
 
 
-@njit(cache=True)
-def _coordinates(xs, i0, i1, n0, n1, shift, dv_num, dv_inv, inverse, coordinate, footprint):
-    """Position on the panel and the pixel's extent there (L1), from quantities linear in the column."""
+@kernel
+def _coordinates(xs, ys, i0, i1, i2, n0, n1, n2, shift, inverse, coordinate, footprint):
+    """Position on the panel and the pixel's extent there (L1), from quantities linear in column and row."""
     for i in range(xs.shape[0]):
-        inv = i0 + i1 * xs[i]
-        num = n0 + n1 * xs[i]
+        inv = i0 + i1 * xs[i] + i2 * ys[i]
+        num = n0 + n1 * xs[i] + n2 * ys[i]
         z = F1 / max(inv, np.float32(1e-6))
         inverse[i] = inv
         coordinate[i] = num * z - shift
-        footprint[i] = (abs(n1 * inv - num * i1) + abs(dv_num * inv - num * dv_inv)) * z * z
+        footprint[i] = (abs(n1 * inv - num * i1) + abs(n2 * inv - num * i2)) * z * z
 
 
-@njit(cache=True)
+@kernel
 def _windows(coordinate, footprint, period, duty, margin, phase, outer, inner):
     """Box-filtered pulse trains: outer with its frame, inner the glass."""
     for i in range(coordinate.shape[0]):
@@ -51,30 +63,67 @@ def _windows(coordinate, footprint, period, duty, margin, phase, outer, inner):
         inner[i] = (_pulse(hi - margin, thin) - _pulse(lo - margin, thin)) / w
 
 
-@njit(cache=True)
-def _lit(s, t, ws, wt, bay, storey, s_phase, t_phase, seed, share, out):
+@inlined
+def _interval(t, w, low, high):
+    """Share of the box of width ``w`` around ``t`` that lies between ``low`` and ``high``."""
+    return max(F0, min(t + HALF * w, high) - max(t - HALF * w, low)) / w
+
+
+@kernel
+def _levels(
+    t, footprint, floor, sill, lintel, cornice, margin, upper, upper_glass, low_outer, low_glass, base, band
+):
+    """Mask the upper storeys' windows to their zone; cover of the ground floor's windows, of its wall and of the cornices."""
+    for i in range(t.shape[0]):
+        w = max(footprint[i], np.float32(1e-4))
+        zone = _interval(t[i], w, floor, cornice)
+        upper[i] *= zone
+        upper_glass[i] *= zone
+        low_outer[i] = _interval(t[i], w, sill, lintel)
+        low_glass[i] = _interval(t[i], w, sill + margin, lintel - margin)
+        base[i] = _interval(t[i], w, np.float32(-1e3), floor)
+        band[i] = _interval(t[i], w, floor - np.float32(0.3), floor) + _interval(
+            t[i], w, cornice, np.float32(1e3)
+        )
+
+
+@kernel
+def _lit(s, t, ws, wt, bay, storey, low_bay, floor, t_phase, seed, share, out, low_out):
     """Share of windows that are lit, by a hash per window that fades to its mean where windows are below a pixel."""
     for i in range(out.shape[0]):
-        column = int(math.floor(s[i] / bay - s_phase))
-        level = int(math.floor(t[i] / storey - t_phase))
+        column = int(math.floor(s[i] / bay))
+        level = int(math.floor((t[i] - floor) / storey))
         fade = min(F1, max(F0, np.float32(2.0) * (max(ws[i] / bay, wt[i] / storey) - np.float32(0.3))))
-        h = hash01(column + seed * 131, level + seed)
-        own = F1 if h < share else F0
+        own = F1 if hash01(column + seed * 131, level + seed) < share else F0
         out[i] = own + (share - own) * fade
+        fade = min(F1, max(F0, np.float32(2.0) * (ws[i] / low_bay - np.float32(0.3))))
+        own = F1 if hash01(int(math.floor(s[i] / low_bay)) + seed * 17, seed) < share else F0
+        low_out[i] = own + (share - own) * fade
 
 
-@njit(cache=True)
-def _colour(wall, trim, glass, lit_radiance, height, outer_s, outer_t, inner_s, inner_t, lit, light, out):
+@kernel
+def _panes(
+    outer_s, inner_s, outer_t, inner_t, low_outer_s, low_inner_s, low_outer_t, low_inner_t, lit, low_lit
+):
+    """Combine to frames (into outer_s), glass (inner_s) and lit glass (outer_t) of all storeys."""
+    for i in range(outer_s.shape[0]):
+        low_frame, low_pane = low_outer_s[i] * low_outer_t[i], low_inner_s[i] * low_inner_t[i]
+        frame, pane = outer_s[i] * outer_t[i], inner_s[i] * inner_t[i]
+        outer_s[i] = max(F0, frame - pane) + max(F0, low_frame - low_pane)
+        inner_s[i] = pane + low_pane
+        outer_t[i] = pane * lit[i] + low_pane * low_lit[i]
+
+
+@kernel
+def _colour(wall, stone, trim, glass, lit_radiance, height, base_z, frame, pane, lit, base, band, light, out):
     for i in range(out.shape[0]):
-        outer = outer_s[i] * outer_t[i]
-        inner = min(outer, inner_s[i] * inner_t[i])
-        shade = np.float32(0.72) + np.float32(0.28) * min(F1, height[i] * np.float32(0.2))
-        surface = wall + (trim - wall) * outer
-        out[i] = (surface * (F1 - inner / max(outer, np.float32(1e-3)) * outer)) * light[i] * shade
-        out[i] = out[i] + inner * (glass + lit[i] * lit_radiance)
+        shade = np.float32(0.72) + np.float32(0.28) * min(F1, (height[i] + base_z) * np.float32(0.2))
+        surface = wall + (stone - wall) * base[i]
+        surface += (trim - surface) * min(F1, band[i] + frame[i])
+        out[i] = surface * (F1 - pane[i]) * light[i] * shade + pane[i] * glass + lit[i] * lit_radiance
 
 
-@njit(cache=True)
+@kernel
 def _lamp_light(s, t, base, origin_x, axis_x, lamp_map, map_start, map_step, out):
     """Bilinear look-up of the lamps' illuminance on this side's fronts: rows height, columns along the street."""
     rows, columns = lamp_map.shape
@@ -88,29 +137,57 @@ def _lamp_light(s, t, base, origin_x, axis_x, lamp_map, map_start, map_step, out
         out[i] = low + fq * (high - low)
 
 
-@njit(cache=True)
+@kernel
 def _light_row(constant, lamp, lamp_tint, head, out):
     for i in range(out.shape[0]):
         out[i] = (constant + lamp[i] * lamp_tint + head[i]) * INV_PI
 
 
-@njit(cache=True)
-def _head_row(xs, y, inverse, normal, env, table, optics, out):
-    point = np.empty(3)
+@kernel
+def _head_at(x, y, inverse, normal, env, table, optics, point):
     focal, cx, cy = optics
-    for i in range(out.shape[0]):
-        z = 1.0 / max(inverse[i], np.float32(1e-6))
-        point[0], point[1], point[2] = (xs[i] - cx) * z / focal, (y - cy) * z / focal, z
-        r = math.sqrt(point[0] ** 2 + point[1] ** 2 + z * z)
-        cosine = -(point[0] * normal[0] + point[1] * normal[1] + z * normal[2]) / r
-        out[i] = head_irradiance(point, env, table, env[ENV_BETA]) * max(0.0, cosine)
+    z = 1.0 / max(inverse, np.float32(1e-6))
+    point[0], point[1], point[2] = (x - cx) * z / focal, (y - cy) * z / focal, z
+    cosine = -(point[0] * normal[0] + point[1] * normal[1] + z * normal[2])
+    if cosine <= 0.0:
+        return np.float32(0)
+    r = math.sqrt(point[0] ** 2 + point[1] ** 2 + z * z)
+    return np.float32(head_irradiance(point, env, table, env[ENV_BETA]) * cosine / r)
+
+
+@kernel
+def _head_row(xs, ys, inverse, normal, env, table, optics, point, out):
+    """Illuminance from the ego's beam; its table is smooth, so that every eighth pixel of a row is enough."""
+    n = out.shape[0]
+    before = _head_at(xs[0], ys[0], inverse[0], normal, env, table, optics, point)
+    out[0] = before
+    i = 0
+    while i < n - 1:
+        j = i + 1
+        while j < n - 1 and j < i + 8 and ys[j + 1] == ys[i]:
+            j += 1
+        after = _head_at(xs[j], ys[j], inverse[j], normal, env, table, optics, point)
+        for k in range(i + 1, j + 1):
+            out[k] = before + (after - before) * np.float32((k - i) / (j - i))
+        i, before = j, after
 
 
 @njit(cache=True)
-def draw_panel(panel, rotation, camera, env, table, lamp_maps, map_frame, optics, xs, size, scratch, buf, box):
+def panel_work():
+    """Allocate what ``draw_panel`` works in."""
+    return (
+        np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((4, 3)), np.empty((MAX_CORNERS, 2)),
+        np.empty((MAX_CORNERS, 3), np.float32), np.empty(3),
+    )  # fmt: skip
+
+
+@kernel
+def draw_panel(
+    panel, rotation, camera, env, table, lamp_maps, map_frame, optics, xs, size, scratch, buf, work, box
+):
     """Draw one panel into the buildings' scratch planes; nothing where the camera is behind it.
 
-    ``lamp_maps`` is (2, rows, columns) lx on the right and left fronts, ``map_frame`` (start x, step).
+    ``work`` is from ``panel_work``; ``lamp_maps`` is (2, rows, columns) lx on the right and left fronts, ``map_frame`` (start x, step).
     """
     focal, cx, cy = optics
     height, width = size
@@ -119,7 +196,7 @@ def draw_panel(panel, rotation, camera, env, table, lamp_maps, map_frame, optics
     nx, ny = panel[4], -panel[3]
     if (camera[0] - panel[0]) * nx + (camera[1] - panel[1]) * ny <= 1e-6:
         return
-    axis, normal, up, origin = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    axis, normal, up, origin, corners3, corners, edges, point = work
     for k in range(3):
         axis[k] = rotation[k, 0] * panel[3] + rotation[k, 1] * panel[4]
         normal[k] = rotation[k, 0] * nx + rotation[k, 1] * ny
@@ -128,7 +205,6 @@ def draw_panel(panel, rotation, camera, env, table, lamp_maps, map_frame, optics
             rotation[k, 0] * (panel[0] - camera[0]) + rotation[k, 1] * (panel[1] - camera[1])
             + rotation[k, 2] * (panel[2] - camera[2])
         )  # fmt: skip
-    corners3, corners = np.empty((4, 3)), np.empty((MAX_CORNERS, 2))
     for i in range(4):
         s = panel[6] if i in (1, 2) else 0.0
         t = panel[7] if i >= 2 else 0.0
@@ -137,7 +213,6 @@ def draw_panel(panel, rotation, camera, env, table, lamp_maps, map_frame, optics
     count = project_clipped(corners3, 4, focal, cx, cy, corners)
     if count < 3:
         return
-    edges = np.empty((MAX_CORNERS, 3), np.float32)
     edge_count = polygon_edges(corners, count, edges)
     top, bottom = _row_range(corners, count, height)
     distance = normal[0] * origin[0] + normal[1] * origin[1] + normal[2] * origin[2]
@@ -148,63 +223,114 @@ def draw_panel(panel, rotation, camera, env, table, lamp_maps, map_frame, optics
     night = env[ENV_LAMP] > 0 or env[ENV_BEAM] > 0
     bay, storey = np.float32(max(panel[11], 0.5)), np.float32(max(panel[12], 0.5))
     patterned = panel[11] > 0
+    low_bay, floor = np.float32(max(panel[20], 0.5)), np.float32(panel[19])
     duty_s, duty_t, seed = np.float32(panel[13]), np.float32(panel[14]), int(panel[16])
     phase_s, phase_t = np.float32(0.5 * (1 - panel[13])), np.float32(panel[15])
-    for row in range(top, bottom):
-        a, b = _column_range(corners, count, row, width)
-        n = b - a
-        if n <= 0:
+    v1, v2 = normal[0] / focal / distance, normal[1] / focal / distance
+    v0 = normal[2] / distance - v1 * cx - v2 * cy
+    row = top
+    while row < bottom:
+        first, n = row, 0
+        while (
+            row < bottom and n < CHUNK
+        ):  # gather a list of pixels: few long loops instead of many short ones
+            a, b = _column_range(corners, count, row, width)
+            if b > a:
+                for i in range(b - a):
+                    buf[21, n + i] = xs[a + i]
+                    buf[22, n + i] = np.float32(row + 0.5)
+                n += b - a
+            row += 1
+        if n == 0:
             continue
-        y = row + 0.5
-        yn = (y - cy) / focal
-        i1, iv = normal[0] / focal / distance, normal[1] / focal / distance
-        i0 = (normal[1] * yn + normal[2]) / distance - cx * i1
-        x = xs[a:b]
-        coverage_row(edges, edge_count, np.float32(y), x, buf[12:16, :n], buf[0, :n])
+        x, y = buf[21, :n], buf[22, :n]
+        coverage_pixels(edges, edge_count, x, y, buf[12:16, :n], buf[0, :n])
         for k in range(2):
             d = axis if k == 0 else up
-            n1 = d[0] / focal
+            n1, n2 = d[0] / focal, d[1] / focal
             _coordinates(
-                x, np.float32(i0), np.float32(i1), np.float32(d[1] * yn + d[2] - cx * n1), np.float32(n1),
-                np.float32(shift_s if k == 0 else shift_t), np.float32(d[1] / focal), np.float32(iv),
+                x, y, np.float32(v0), np.float32(v1), np.float32(v2),
+                np.float32(d[2] - n1 * cx - n2 * cy), np.float32(n1), np.float32(n2), np.float32(shift_s if k == 0 else shift_t),
                 buf[2, :n], buf[7 + k, :n], buf[9 + k, :n],
             )  # fmt: skip
         if patterned:
-            _windows(buf[7, :n], buf[9, :n], bay, duty_s, np.float32(0.09) / bay, phase_s, buf[12, :n], buf[13, :n])
-            _windows(buf[8, :n], buf[10, :n], storey, duty_t, np.float32(0.09) / storey, phase_t, buf[14, :n], buf[15, :n])
-            _lit(
-                buf[7, :n], buf[8, :n], buf[9, :n], buf[10, :n], bay, storey, phase_s, phase_t, seed,
-                np.float32(0.22), buf[16, :n],
+            margin = np.float32(0.09)
+            _windows(buf[7, :n], buf[9, :n], bay, duty_s, margin / bay, phase_s, buf[12, :n], buf[13, :n])
+            phase_up = phase_t + floor / storey
+            _windows(
+                buf[8, :n], buf[10, :n], storey, duty_t, margin / storey, phase_up, buf[14, :n], buf[15, :n]
+            )
+            phase_low = np.float32(0.5 * (1 - panel[21]))
+            _windows(
+                buf[7, :n],
+                buf[9, :n],
+                low_bay,
+                np.float32(panel[21]),
+                margin / low_bay,
+                phase_low,
+                buf[16, :n],
+                buf[17, :n],
+            )
+            _levels(
+                buf[8, :n], buf[10, :n], floor, np.float32(panel[22]), np.float32(panel[23]), np.float32(panel[25]), margin,
+                buf[14, :n], buf[15, :n], buf[18, :n], buf[19, :n], buf[20, :n], buf[11, :n],
+            )  # fmt: skip
+            if env[ENV_WINDOW] > 0:
+                _lit(
+                    buf[7, :n], buf[8, :n], buf[9, :n], buf[10, :n], bay, storey, low_bay, floor, phase_t, seed, np.float32(0.22),
+                    buf[3, :n], buf[23, :n],
+                )  # fmt: skip
+            _panes(
+                buf[12, :n], buf[13, :n], buf[14, :n], buf[15, :n], buf[16, :n], buf[17, :n], buf[18, :n], buf[19, :n],
+                buf[3, :n], buf[23, :n],
             )  # fmt: skip
         else:
-            buf[12:17, :n] = F0
+            for k in (11, 12, 13, 14, 20):
+                buf[k, :n] = F0
         if night:
-            _lamp_light(buf[7, :n], buf[8, :n], panel[17], panel[0], panel[3], lamp_maps[side], map_frame[0], map_frame[1], buf[17, :n])
-            _head_row(x, y, buf[2, :n], normal, env, table, optics, buf[18, :n])
+            _lamp_light(
+                buf[7, :n],
+                buf[8, :n],
+                panel[17],
+                panel[0],
+                panel[3],
+                lamp_maps[side],
+                map_frame[0],
+                map_frame[1],
+                buf[17, :n],
+            )
+            _head_row(x, y, buf[2, :n], normal, env, table, optics, point, buf[18, :n])
         else:
             buf[17:19, :n] = F0
-        buf[20, :n] = buf[8, :n] + np.float32(panel[17])
         for c in range(3):
             sky, bounce = env[ENV_SKY + c], env[ENV_BOUNCE + c]
             constant = 0.5 * (sky + bounce) + env[ENV_SUN + c] * sun
-            _light_row(np.float32(constant), buf[17, :n], np.float32(env[ENV_LAMP + c]), buf[18, :n], buf[19, :n])
+            _light_row(
+                np.float32(constant), buf[17, :n], np.float32(env[ENV_LAMP + c]), buf[18, :n], buf[19, :n]
+            )
             wall = np.float32(panel[8 + c])
             trim = min(np.float32(0.75), wall * np.float32(panel[18]) + np.float32(0.06))
             glass = np.float32(0.10 * sky_radiance(0.35, env, c) + 0.02 * constant / math.pi)
             _colour(
-                wall, trim, glass, np.float32(env[ENV_WINDOW + c]), buf[20, :n], buf[12, :n], buf[14, :n], buf[13, :n], buf[15, :n],
-                buf[16, :n], buf[19, :n], buf[4 + c, :n],
+                wall, wall * np.float32(panel[24]), trim, glass, np.float32(env[ENV_WINDOW + c]), buf[8, :n], np.float32(panel[17]),
+                buf[12, :n], buf[13, :n], buf[14, :n], buf[20, :n], buf[11, :n], buf[19, :n], buf[4 + c, :n],
             )  # fmt: skip
         if planes.shape[0] == 1:
             _to_luminance(buf[4, :n], buf[5, :n], buf[6, :n])
-        merge_row(
-            buf[4 : 4 + planes.shape[0], :n], buf[0, :n], buf[2, :n],
-            planes[:, row, a:b], alpha[row, a:b], inverse[row, a:b], buf[12:14, :n],
-        )  # fmt: skip
-        grow(box, a, b, row, row + 1)
+        at = 0
+        for r in range(first, row):
+            a, b = _column_range(corners, count, r, width)
+            if b > a:
+                end = at + b - a
+                merge_row(
+                    buf[4 : 4 + planes.shape[0], at:end], buf[0, at:end], buf[2, at:end],
+                    planes[:, r, a:b], alpha[r, a:b], inverse[r, a:b], buf[12:14, : b - a],
+                )  # fmt: skip
+                grow(box, a, b, r, r + 1)
+                at = end
 
 
-@njit(cache=True)
+@kernel
 def _to_luminance(red, green, blue):
     for i in range(red.shape[0]):
         red[i] = np.float32(0.2126) * red[i] + np.float32(0.7152) * green[i] + np.float32(0.0722) * blue[i]

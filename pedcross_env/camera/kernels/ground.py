@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from pedcross_env.camera.kernels.jit import kernel
 
 from pedcross_env.camera.kernels.lighting import (
     ENV_AIR, ENV_BEAM, ENV_BEAM_POSITION, ENV_BEAM_TINT, ENV_BETA, ENV_LAMP, ENV_SKY, ENV_SUN, ENV_SUN_DIRECTION, ENV_UP,
@@ -22,9 +23,10 @@ __all__ = ["draw_ground_and_sky"]
 INV_PI = np.float32(1 / math.pi)
 WHITE = np.float32(0.62)
 FAR_M = 4000.0
+BEAM_RANGE_M = 90.0
 
 
-@njit(cache=True)
+@kernel
 def _grain_row(integral, x0, x1, texel, line):
     """Box-filter the tiled grain from x0 to x1 and integrate the result across the street.
 
@@ -47,7 +49,7 @@ def _grain_row(integral, x0, x1, texel, line):
     line[size] = total
 
 
-@njit(cache=True)
+@kernel
 def _grain_columns(line, y0, dy, texel, first, out):
     """Box-filter the integrated row of grain over each pixel's extent across the street."""
     size = line.shape[0] - 1
@@ -67,40 +69,63 @@ def _grain_columns(line, y0, dy, texel, first, out):
         before = after
 
 
-@njit(cache=True)
-def _profile_columns(table, low, texel, y0, dy, first, along, white, rgb, cover, marks):
-    """Add box-filtered profile (cover, r, g, b, line, dash, zebra, stop) for pixels from ``first`` on.
-
-    ``along``: (3,) coverage of this row by dashes, zebra and stop lines.
-    """
+@kernel
+def _profile_columns(table, low, texel, y0, dy, first, rgb, cover, marks):
+    """Add the box-filtered profile (cover, r, g, b, lines) for pixels from ``first`` on."""
     last = table.shape[0] - 2
-    step = dy / texel
-    p = min(max((y0 - low) / texel + first * step, 0.0), last + 0.999)
+    step, start = dy / texel, (y0 - low) / texel
+    p = min(max(start + first * step, 0.0), last + 0.999)
     i = int(p)
     f = np.float32(p - i)
-    b0, b1 = table[i, 0] + f * (table[i + 1, 0] - table[i, 0]), table[i, 1] + f * (table[i + 1, 1] - table[i, 1])
-    b2, b3 = table[i, 2] + f * (table[i + 1, 2] - table[i, 2]), table[i, 3] + f * (table[i + 1, 3] - table[i, 3])
-    b4, b5 = table[i, 4] + f * (table[i + 1, 4] - table[i, 4]), table[i, 5] + f * (table[i + 1, 5] - table[i, 5])
-    b6, b7 = table[i, 6] + f * (table[i + 1, 6] - table[i, 6]), table[i, 7] + f * (table[i + 1, 7] - table[i, 7])
+    b0, b1 = (
+        table[i, 0] + f * (table[i + 1, 0] - table[i, 0]),
+        table[i, 1] + f * (table[i + 1, 1] - table[i, 1]),
+    )
+    b2, b3 = (
+        table[i, 2] + f * (table[i + 1, 2] - table[i, 2]),
+        table[i, 3] + f * (table[i + 1, 3] - table[i, 3]),
+    )
+    b4 = table[i, 4] + f * (table[i + 1, 4] - table[i, 4])
     scale = np.float32(texel / dy)
-    d, z, s = along[0], along[1], along[2]
     for k in range(cover.shape[0]):
-        p = min(max((y0 - low) / texel + (first + k + 1) * step, 0.0), last + 0.999)
+        p = min(max(start + (first + k + 1) * step, 0.0), last + 0.999)
         i = int(p)
         f = np.float32(p - i)
-        a0, a1 = table[i, 0] + f * (table[i + 1, 0] - table[i, 0]), table[i, 1] + f * (table[i + 1, 1] - table[i, 1])
-        a2, a3 = table[i, 2] + f * (table[i + 1, 2] - table[i, 2]), table[i, 3] + f * (table[i + 1, 3] - table[i, 3])
-        a4, a5 = table[i, 4] + f * (table[i + 1, 4] - table[i, 4]), table[i, 5] + f * (table[i + 1, 5] - table[i, 5])
-        a6, a7 = table[i, 6] + f * (table[i + 1, 6] - table[i, 6]), table[i, 7] + f * (table[i + 1, 7] - table[i, 7])
+        a0, a1 = (
+            table[i, 0] + f * (table[i + 1, 0] - table[i, 0]),
+            table[i, 1] + f * (table[i + 1, 1] - table[i, 1]),
+        )
+        a2, a3 = (
+            table[i, 2] + f * (table[i + 1, 2] - table[i, 2]),
+            table[i, 3] + f * (table[i + 1, 3] - table[i, 3]),
+        )
+        a4 = table[i, 4] + f * (table[i + 1, 4] - table[i, 4])
         cover[k] += (a0 - b0) * scale
         rgb[0, k] += (a1 - b1) * scale
         rgb[1, k] += (a2 - b2) * scale
         rgb[2, k] += (a3 - b3) * scale
-        marks[k] += ((a4 - b4) + d * (a5 - b5) + z * (a6 - b6) + s * (a7 - b7)) * scale
-        b0, b1, b2, b3, b4, b5, b6, b7 = a0, a1, a2, a3, a4, a5, a6, a7
+        marks[k] += (a4 - b4) * scale
+        b0, b1, b2, b3, b4 = a0, a1, a2, a3, a4
 
 
-@njit(cache=True)
+@kernel
+def _marks_columns(table, channel, weight, low, texel, y0, dy, first, marks):
+    """Add one more box-filtered marking (dashes, zebra), which cover ``weight`` of this row."""
+    last = table.shape[0] - 2
+    step, start = dy / texel, (y0 - low) / texel
+    p = min(max(start + first * step, 0.0), last + 0.999)
+    i = int(p)
+    before = table[i, channel] + np.float32(p - i) * (table[i + 1, channel] - table[i, channel])
+    scale = np.float32(weight * texel / dy)
+    for k in range(marks.shape[0]):
+        p = min(max(start + (first + k + 1) * step, 0.0), last + 0.999)
+        i = int(p)
+        after = table[i, channel] + np.float32(p - i) * (table[i + 1, channel] - table[i, channel])
+        marks[k] += (after - before) * scale
+        before = after
+
+
+@kernel
 def _along(table, start, texel, x0, x1, out):
     """Box-filter the profiles along the street between x0 and x1."""
     last = table.shape[0] - 2
@@ -115,7 +140,7 @@ def _along(table, start, texel, x0, x1, out):
         out[k] = value * texel / span
 
 
-@njit(cache=True)
+@kernel
 def _polygon_shadow(shape, count, xs, x0, dx, y0, dy, foot_x, foot_y, soft, strength, out):
     """Darken ``out`` (share of light) under a convex polygon on the ground with soft edges."""
     for i in range(xs.shape[0]):
@@ -128,7 +153,7 @@ def _polygon_shadow(shape, count, xs, x0, dx, y0, dy, foot_x, foot_y, soft, stre
         out[i] = min(out[i], F1 - strength * cover * cover * (np.float32(3.0) - np.float32(2.0) * cover))
 
 
-@njit(cache=True)
+@kernel
 def _capsule_shadow(shape, xs, x0, dx, y0, dy, foot_x, foot_y, strength, out):
     """Darken ``out`` under a capsule (ax, ay, bx-ax, by-ay, 1/len2, radius, soft) on the ground."""
     ax, ay, ex, ey, inv, radius = shape[0], shape[1], shape[2], shape[3], shape[4], shape[5]
@@ -140,10 +165,12 @@ def _capsule_shadow(shape, xs, x0, dx, y0, dy, foot_x, foot_y, strength, out):
         t = max(F0, min(F1, (x * ex + y * ey) * inv))
         px, py = x - t * ex, y - t * ey
         cover = max(F0, min(F1, (radius - np.sqrt(px * px + py * py)) / width + HALF))
-        out[i] = min(out[i], F1 - share * strength * cover * cover * (np.float32(3.0) - np.float32(2.0) * cover))
+        out[i] = min(
+            out[i], F1 - share * strength * cover * cover * (np.float32(3.0) - np.float32(2.0) * cover)
+        )
 
 
-@njit(cache=True)
+@kernel
 def _shadows(polygons, polygon_info, capsules, row_x0, row_x1, xs, x0, dx, y0, dy, foot_x, foot_y, sun, sky):
     """Apply all shadows that reach this row to the shares of sunlight and skylight."""
     inv = F1 / dy
@@ -158,7 +185,18 @@ def _shadows(polygons, polygon_info, capsules, row_x0, row_x1, xs, x0, dx, y0, d
         if i1 > i0:
             target = sun if info[7] == 0 else sky
             _polygon_shadow(
-                polygons[k], int(info[4]), xs[i0:i1], x0, dx, y0, dy, foot_x, foot_y, info[5], info[6], target[i0:i1]
+                polygons[k],
+                int(info[4]),
+                xs[i0:i1],
+                x0,
+                dx,
+                y0,
+                dy,
+                foot_x,
+                foot_y,
+                info[5],
+                info[6],
+                target[i0:i1],
             )
     for k in range(capsules.shape[0]):
         s = capsules[k]
@@ -173,38 +211,74 @@ def _shadows(polygons, polygon_info, capsules, row_x0, row_x1, xs, x0, dx, y0, d
             _capsule_shadow(s, xs[i0:i1], x0, dx, y0, dy, foot_x, foot_y, s[7], target[i0:i1])
 
 
-@njit(cache=True)
-def _lamp_row(lamp_map, frame, x0, dx, y0, dy, xs, out):
+@kernel
+def _lamp_at(lamp_map, frame, x, y):
     """Bilinear look-up of the lamps' illuminance on the ground: frame = (start x, start y, step)."""
     rows, columns = lamp_map.shape
-    for i in range(xs.shape[0]):
-        p = min(max((x0 + dx * xs[i] - frame[0]) / frame[2], 0.0), columns - 1.001)
-        q = min(max((y0 + dy * xs[i] - frame[1]) / frame[2], 0.0), rows - 1.001)
-        a, b = int(q), int(p)
-        fq, fp = q - a, p - b
-        low = lamp_map[a, b] + fp * (lamp_map[a, b + 1] - lamp_map[a, b])
-        high = lamp_map[a + 1, b] + fp * (lamp_map[a + 1, b + 1] - lamp_map[a + 1, b])
-        out[i] = low + fq * (high - low)
+    p = min(max((x - frame[0]) / frame[2], 0.0), columns - 1.001)
+    q = min(max((y - frame[1]) / frame[2], 0.0), rows - 1.001)
+    a, b = int(q), int(p)
+    fq, fp = q - a, p - b
+    low = lamp_map[a, b] + fp * (lamp_map[a, b + 1] - lamp_map[a, b])
+    high = lamp_map[a + 1, b] + fp * (lamp_map[a + 1, b + 1] - lamp_map[a + 1, b])
+    return low + fq * (high - low)
 
 
-@njit(cache=True)
-def _beam_row(table, beam, gain, up, beta, z, yn, focal, cx, xs, out):
-    """Add a beam's illuminance on the ground along one row (depth z)."""
-    dy, dz = yn * z - beam[1], z - beam[2]
-    for i in range(xs.shape[0]):
-        dx = (xs[i] - cx) / focal * z - beam[0]
-        forward = dx * beam[3] + dy * beam[4] + dz * beam[5]
-        if forward < 0.05:
-            continue
-        left = (dx * beam[6] + dy * beam[7] + dz * beam[8]) / forward
-        rise = (dx * beam[9] + dy * beam[10] + dz * beam[11]) / forward
-        squared = dx * dx + dy * dy + dz * dz
-        cosine = -(dx * up[0] + dy * up[1] + dz * up[2]) / math.sqrt(squared)
-        out[i] += gain * beam_candela(table, left, rise) * max(0.0, cosine) / max(squared, 0.25)
+@kernel
+def _beam_at(table, beam, up, x, y, z):
+    """Illuminance of the ground at a point in camera coordinates from one low beam."""
+    dx, dy, dz = x - beam[0], y - beam[1], z - beam[2]
+    forward = dx * beam[3] + dy * beam[4] + dz * beam[5]
+    if forward < 0.05 or forward > BEAM_RANGE_M:
+        return 0.0
+    left = (dx * beam[6] + dy * beam[7] + dz * beam[8]) / forward
+    rise = (dx * beam[9] + dy * beam[10] + dz * beam[11]) / forward
+    squared = dx * dx + dy * dy + dz * dz
+    cosine = -(dx * up[0] + dy * up[1] + dz * up[2]) / math.sqrt(squared)
+    fade = 1.0 - max(0.0, forward / BEAM_RANGE_M - 0.7) / 0.3
+    return fade * beam_candela(table, left, rise) * max(0.0, cosine) / max(squared, 0.25)
 
 
-@njit(cache=True)
-def _radiance_row(albedo, marks, cover, grain, strength, dark, kerb, sun_e, sky_e, sun, sky, lamp_e, lamp, beam_e, beam, out):
+@kernel
+def _lights_row(lamp_map, lamp_frame, table, env, beams, place, z, yn, focal, cx, xs, lamp, beam):
+    """Illuminance of one row of ground (depth z) from street lamps and from headlights.
+
+    Both are smooth (the tables' steps are wider), so that every fourth pixel is computed and the rest interpolated.
+
+    place: World (x0, dx, y0, dy) of the row, linear in the column.
+    """
+    n = xs.shape[0]
+    up = env[ENV_UP : ENV_UP + 3]
+    own = env[ENV_BEAM_POSITION : ENV_BEAM_POSITION + 12]
+    fade = math.exp(-env[ENV_BETA] * z)
+    lamps_on, beams_on = env[ENV_LAMP] > 0, env[ENV_BEAM] > 0
+    i, last_lamp, last_beam = -4, np.float32(0), np.float32(0)
+    while i < n - 1:
+        j = min(i + 4, n - 1) if i >= 0 else 0
+        x = xs[j]
+        light = 0.0
+        now_lamp = np.float32(0)
+        if lamps_on:
+            now_lamp = np.float32(
+                _lamp_at(lamp_map, lamp_frame, place[0] + place[1] * x, place[2] + place[3] * x)
+            )
+        if beams_on:
+            xc = (x - cx) / focal * z
+            light = fade * _beam_at(table, own, up, xc, yn * z, z)
+            for k in range(beams.shape[0]):
+                light += beams[k, 12] * _beam_at(table, beams[k], up, xc, yn * z, z)
+        now_beam = np.float32(light)
+        for k in range(max(0, i + 1), j + 1):
+            t = np.float32((k - i) / (j - i)) if i >= 0 else F1
+            lamp[k] = last_lamp + (now_lamp - last_lamp) * t
+            beam[k] = last_beam + (now_beam - last_beam) * t
+        i, last_lamp, last_beam = j, now_lamp, now_beam
+
+
+@kernel
+def _radiance_row(
+    albedo, marks, cover, grain, strength, dark, kerb, sun_e, sky_e, sun, sky, lamp_e, lamp, beam_e, beam, out
+):
     for i in range(out.shape[0]):
         texture = F1 + strength * grain[i]
         rest = max(F0, F1 - cover[i])
@@ -215,19 +289,21 @@ def _radiance_row(albedo, marks, cover, grain, strength, dark, kerb, sun_e, sky_
         out[i] = surface * light * INV_PI
 
 
-@njit(cache=True)
+@kernel
 def _under_row(radiance, passed, air, share, free, plane):
     for i in range(plane.shape[0]):
         plane[i] += free[i] * share * (radiance[i] * passed + air * (F1 - passed))
 
 
-@njit(cache=True)
+@kernel
 def _luma_row(rgb):
     for i in range(rgb.shape[1]):
-        rgb[0, i] = np.float32(0.2126) * rgb[0, i] + np.float32(0.7152) * rgb[1, i] + np.float32(0.0722) * rgb[2, i]
+        rgb[0, i] = (
+            np.float32(0.2126) * rgb[0, i] + np.float32(0.7152) * rgb[1, i] + np.float32(0.0722) * rgb[2, i]
+        )
 
 
-@njit(cache=True)
+@kernel
 def _free_row(alpha, free):
     """Share of each pixel that objects left over; return the columns where there is any."""
     n = alpha.shape[0]
@@ -241,7 +317,7 @@ def _free_row(alpha, free):
     return a, b
 
 
-@njit(cache=True)
+@kernel
 def _own_rest(share, free, inverse, ident, weight, depth_inverse, ids):
     for i in range(free.shape[0]):
         takes = free[i] * share > weight[i]
@@ -250,8 +326,28 @@ def _own_rest(share, free, inverse, ident, weight, depth_inverse, ids):
         ids[i] = ident if takes else ids[i]
 
 
-@njit(cache=True)
-def _ground_row(row, y, share, rotation, camera, env, street, tables, shadows, lights, optics, xs, a, b, free, out, work, buf, owner):
+@kernel
+def _ground_row(
+    row,
+    y,
+    share,
+    rotation,
+    camera,
+    env,
+    street,
+    tables,
+    shadows,
+    lights,
+    optics,
+    xs,
+    a,
+    b,
+    free,
+    out,
+    work,
+    buf,
+    owner,
+):
     """Ground between columns a and b of one row; returns its depth on the road."""
     focal, cx, cy = optics
     kerb_y, kerb_h, along_start, along_texel, across_low, across_texel, grain_texel = street
@@ -281,44 +377,89 @@ def _ground_row(row, y, share, rotation, camera, env, street, tables, shadows, l
             far_z = min(FAR_M, height / max(1e-9, rise)) if rise > 1e-9 else FAR_M
             middle_x = x0 + dx * 0.5 * xs.shape[0]
             foot_x = (far_z - near_z) * math.sqrt(ahead)
-            _along(along_table, along_start, along_texel, middle_x - 0.5 * foot_x, middle_x + 0.5 * foot_x, along)
+            _along(
+                along_table, along_start, along_texel, middle_x - 0.5 * foot_x, middle_x + 0.5 * foot_x, along
+            )
             _grain_row(grain, middle_x - 0.5 * foot_x, middle_x + 0.5 * foot_x, grain_texel, line)
             _grain_columns(line, y0, dy, grain_texel, a, buf[6, :n])
             buf[7:9, :n] = F1
             ends = (x0 + dx * a, x0 + dx * b)
             _shadows(
-                polygons, polygon_info, capsules, np.float32(min(ends) - foot_x), np.float32(max(ends) + foot_x), x - np.float32(a),
+                polygons, polygon_info, capsules, np.float32(min(ends) - foot_x), np.float32(max(ends) + foot_x), xs[:n],
                 np.float32(x0 + dx * a), np.float32(dx), np.float32(y0 + dy * a), np.float32(dy), np.float32(foot_x),
                 np.float32(abs(dy)), buf[7, :n], buf[8, :n],
             )  # fmt: skip
-            if env[ENV_LAMP] > 0:
-                _lamp_row(lamp_map, lamp_frame, x0, dx, y0, dy, x, buf[9, :n])
-            if env[ENV_BEAM] > 0:
-                up = env[ENV_UP : ENV_UP + 3]
-                fade = math.exp(-env[ENV_BETA] * z)
-                _beam_row(table, env[ENV_BEAM_POSITION : ENV_BEAM_POSITION + 12], fade, up, 0.0, z, yn, focal, cx, x, buf[10, :n])
-                for k in range(beams.shape[0]):
-                    _beam_row(table, beams[k], beams[k, 12], up, 0.0, z, yn, focal, cx, x, buf[10, :n])
-        # columns where this level's profile is not empty
+            if env[ENV_LAMP] > 0 or env[ENV_BEAM] > 0:
+                place = (x0, dx, y0, dy)
+                _lights_row(
+                    lamp_map,
+                    lamp_frame,
+                    table,
+                    env,
+                    beams,
+                    place,
+                    z,
+                    yn,
+                    focal,
+                    cx,
+                    x,
+                    buf[9, :n],
+                    buf[10, :n],
+                )
         if abs(dy) < 1e-9:
             continue
+        # columns where this level's profile is not empty
         e0, e1 = (kerb_y - y0) / dy, (-kerb_y - y0) / dy
-        lo, hi = min(e0, e1), max(e0, e1)
+        lo, hi = min(max(min(e0, e1), -1.0), b + 1.0), min(max(max(e0, e1), -1.0), b + 1.0)
         if level == 0:
-            c0, c1 = max(a, int(math.floor(max(lo, -1.0)))), min(b, int(math.ceil(min(hi, b + 1.0))))
+            c0, c1 = max(a, int(math.floor(lo))), min(b, int(math.ceil(hi)))
             if c1 > c0:
                 part = slice(c0 - a, c1 - a)
-                _profile_columns(low_table, across_low, across_texel, y0, dy, c0, along, WHITE, buf[3:6, part], buf[11, part], buf[12, part])
+                _profile_columns(
+                    low_table,
+                    across_low,
+                    across_texel,
+                    y0,
+                    dy,
+                    c0,
+                    buf[3:6, part],
+                    buf[11, part],
+                    buf[12, part],
+                )
+                for k in range(2):
+                    if along[k] > 0:
+                        _marks_columns(
+                            low_table, 5 + k, along[k], across_low, across_texel, y0, dy, c0, buf[12, part]
+                        )
         else:
-            c1 = min(b, max(a, int(math.ceil(min(max(lo, -1.0), b + 1.0)))))
-            c0 = max(a, min(b, int(math.floor(min(max(hi, -1.0), b + 1.0)))))
+            c1, c0 = min(b, max(a, int(math.ceil(lo)))), max(a, min(b, int(math.floor(hi))))
             if c1 > a:
                 part = slice(0, c1 - a)
-                _profile_columns(high_table, across_low, across_texel, y0, dy, a, along, WHITE, buf[3:6, part], buf[11, part], buf[12, part])
+                _profile_columns(
+                    high_table,
+                    across_low,
+                    across_texel,
+                    y0,
+                    dy,
+                    a,
+                    buf[3:6, part],
+                    buf[11, part],
+                    buf[12, part],
+                )
             c0 = max(c0, c1)
             if b > c0:
                 part = slice(c0 - a, n)
-                _profile_columns(high_table, across_low, across_texel, y0, dy, c0, along, WHITE, buf[3:6, part], buf[11, part], buf[12, part])
+                _profile_columns(
+                    high_table,
+                    across_low,
+                    across_texel,
+                    y0,
+                    dy,
+                    c0,
+                    buf[3:6, part],
+                    buf[11, part],
+                    buf[12, part],
+                )
     passed = exp_minus(np.float32(env[ENV_BETA] * depth))
     sine = max(0.0, env[0] * env[ENV_UP] + env[1] * env[ENV_UP + 1] + env[2] * env[ENV_UP + 2])
     dark = np.float32(1.0 - 0.45 * env[ENV_WET])
@@ -335,11 +476,21 @@ def _ground_row(row, y, share, rotation, camera, env, street, tables, shadows, l
         _under_row(buf[13, :n], passed, np.float32(air), share, free[a:b], out[0, row, a:b])
     else:
         for c in range(3):
-            _under_row(buf[13 + c, :n], passed, np.float32(env[ENV_AIR + c]), share, free[a:b], out[c, row, a:b])
-    _own_rest(share, free[a:b], np.float32(1.0 / depth), -1, weight[row, a:b], depth_inverse[row, a:b], ids[row, a:b])
+            _under_row(
+                buf[13 + c, :n], passed, np.float32(env[ENV_AIR + c]), share, free[a:b], out[c, row, a:b]
+            )
+    _own_rest(
+        share,
+        free[a:b],
+        np.float32(1.0 / depth),
+        -1,
+        weight[row, a:b],
+        depth_inverse[row, a:b],
+        ids[row, a:b],
+    )
 
 
-@njit(cache=True)
+@kernel
 def _sky_row(row, y, share, rotation, env, optics, a, b, free, out, owner):
     """Sky between columns a and b: a gradient over elevation, veiled near the horizon where there is fog."""
     focal, cx, cy = optics
@@ -361,14 +512,16 @@ def _sky_row(row, y, share, rotation, env, optics, a, b, free, out, owner):
     _own_rest(share, free[a:b], F0, 0, weight[row, a:b], depth_inverse[row, a:b], ids[row, a:b])
 
 
-@njit(cache=True)
+@kernel
 def _fill_row(value, free, plane):
     for i in range(plane.shape[0]):
         plane[i] += free[i] * value
 
 
-@njit(cache=True)
-def draw_ground_and_sky(rotation, camera, env, street, tables, shadows, lights, optics, xs, size, frame, work, buf):
+@kernel
+def draw_ground_and_sky(
+    rotation, camera, env, street, tables, shadows, lights, optics, xs, size, frame, work, buf
+):
     """Fill what objects left over: ground below the horizon, sky above, both in the horizon's row.
 
     ``frame`` is (out (C, H, W), alpha, weight, depth inverse, ids); see ``_ground_row`` for the other tuples.
@@ -387,7 +540,25 @@ def draw_ground_and_sky(rotation, camera, env, street, tables, shadows, lights, 
         if share > 0:
             y = 0.5 * (max(horizon, row + 0.0) + row + 1.0)
             _ground_row(
-                row, y, share, rotation, camera, env, street, tables, shadows, lights, optics, xs, a, b, free, out, work, buf, owner
+                row,
+                y,
+                share,
+                rotation,
+                camera,
+                env,
+                street,
+                tables,
+                shadows,
+                lights,
+                optics,
+                xs,
+                a,
+                b,
+                free,
+                out,
+                work,
+                buf,
+                owner,
             )
         if share < 1:
             y = 0.5 * (min(horizon, row + 1.0) + row)

@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from pedcross_env.camera.kernels.jit import kernel
 
 __all__ = [
     "ENV_AIR", "ENV_BEAM", "ENV_BEAM_AXES", "ENV_BEAM_POSITION", "ENV_BEAM_TINT", "ENV_BETA", "ENV_BOUNCE", "ENV_LAMP",
@@ -25,7 +26,7 @@ ENV_BEAM_TINT, ENV_BEAM_POSITION, ENV_BEAM_AXES, ENV_WET, ENV_SIZE = 29, 32, 35,
 H0, H1, V0, V1 = -0.9, 0.9, -0.35, 0.25  # of the beam table: light.BEAM_TAN_H, BEAM_TAN_V
 
 
-@njit(cache=True)
+@kernel
 def beam_candela(table, tan_left, tan_up):
     """Bilinear look-up of a beam table; 0 outside."""
     rows, columns = table.shape
@@ -40,7 +41,7 @@ def beam_candela(table, tan_left, tan_up):
     return low + s * (high - low)
 
 
-@njit(cache=True)
+@kernel
 def lamp_candela(cosine_down):
     """Return a street lamp's intensity over the cosine to the nadir: batwing, nothing above 85 degrees."""
     c = min(1.0, max(0.0, cosine_down))
@@ -48,7 +49,7 @@ def lamp_candela(cosine_down):
     return 380.0 * (1.0 + 2.2 * (1.0 - c * c)) * edge * edge * (3.0 - 2.0 * edge)
 
 
-@njit(cache=True)
+@kernel
 def _beam_at(table, beam, x, y, z):
     """Illuminance at normal incidence from a beam (position, forward, left, up: 12 numbers) and the direction to it."""
     dx, dy, dz = x - beam[0], y - beam[1], z - beam[2]
@@ -61,7 +62,7 @@ def _beam_at(table, beam, x, y, z):
     return beam_candela(table, left / forward, up / forward) / max(squared, 0.25)
 
 
-@njit(cache=True)
+@kernel
 def head_irradiance(point, env, table, beta):
     """Illuminance at normal incidence from the ego's own low beam, dimmed by the fog on its way."""
     if env[ENV_BEAM] == 0.0:
@@ -70,7 +71,7 @@ def head_irradiance(point, env, table, beta):
     return e * math.exp(-beta * max(0.0, point[2]))
 
 
-@njit(cache=True)
+@kernel
 def light_field(point, env, lamps, beams, table, field):
     """Fill (3, 4): constant and gradient (camera x, y, z) of the irradiance over the normal, per channel."""
     for c in range(3):
@@ -106,7 +107,7 @@ def light_field(point, env, lamps, beams, table, field):
             field[c, 3] += 0.5 * tint * dz / r
 
 
-@njit(cache=True)
+@kernel
 def sky_radiance(sine, env, c):
     """Sky radiance over the sine of the elevation (0 horizon, 1 zenith)."""
     s = min(1.0, max(0.0, sine))
@@ -115,7 +116,7 @@ def sky_radiance(sine, env, c):
     return env[ENV_AIR + c] + (env[ENV_ZENITH + c] - env[ENV_AIR + c]) * w
 
 
-@njit(cache=True)
+@kernel
 def face_radiance(point, normal, albedo, gloss, env, field, head, out):
     """Fill (3,): diffuse radiance E rho / pi and the glossy reflection of sky or ground on a flat face."""
     sun = max(0.0, normal[0] * env[0] + normal[1] * env[1] + normal[2] * env[2])

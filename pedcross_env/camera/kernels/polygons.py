@@ -5,16 +5,27 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from pedcross_env.camera.kernels.jit import kernel
+
 from pedcross_env.camera.kernels.rows import F0, F1, add_face, coverage_row, lerp_row, merge_row
 
-__all__ = ["MAX_CORNERS", "NEAR_M", "draw_polyhedron", "grow", "polygon_edges", "project_clipped"]
+__all__ = [
+    "MAX_CORNERS",
+    "NEAR_M",
+    "draw_polyhedron",
+    "grow",
+    "hull_2d",
+    "polygon_edges",
+    "polyhedron_work",
+    "project_clipped",
+]
 
 NEAR_M = 0.1
 MAX_CORNERS = 24  # of a clipped face
 MAX_FACES = 40
 
 
-@njit(cache=True)
+@kernel
 def project_clipped(points, count, focal, cx, cy, out):
     """Clip a polygon at the near plane and project it; return its number of corners.
 
@@ -42,7 +53,7 @@ def project_clipped(points, count, focal, cx, cy, out):
     return n
 
 
-@njit(cache=True)
+@kernel
 def polygon_edges(corners, count, edges):
     """Fill L1-normalised edges of a convex polygon, positive inside; return their number."""
     area = 0.0
@@ -64,7 +75,7 @@ def polygon_edges(corners, count, edges):
     return n
 
 
-@njit(cache=True)
+@kernel
 def _row_range(corners, count, height):
     low, high = corners[0, 1], corners[0, 1]
     for i in range(1, count):
@@ -73,7 +84,7 @@ def _row_range(corners, count, height):
     return max(0, int(np.floor(low - 0.5))), min(height, int(np.ceil(high + 0.5)))
 
 
-@njit(cache=True)
+@kernel
 def _column_range(corners, count, row, width):
     """Columns that a convex polygon can touch within one row (with the half-pixel ramp)."""
     low, high = 1e9, -1e9
@@ -94,13 +105,13 @@ def _column_range(corners, count, row, width):
     return max(0, int(np.floor(low - 1.0))), min(width, int(np.ceil(high + 1.0)))
 
 
-@njit(cache=True)
+@kernel
 def _cross(ox, oy, ax, ay, bx, by):
     return (ax - ox) * (by - oy) - (ay - oy) * (bx - ox)
 
 
-@njit(cache=True)
-def _hull(points, count, order, out):
+@kernel
+def hull_2d(points, count, order, out):
     """Convex hull of 2-D points (monotone chain); return its number of corners."""
     for i in range(count):
         order[i] = i
@@ -131,15 +142,32 @@ def _hull(points, count, order, out):
     return n - 1
 
 
-@njit(cache=True)
+@kernel
 def grow(box, u0, u1, v0, v1):
     """Extend an object's bounding box (u0, u1, v0, v1)."""
     box[0], box[1] = min(box[0], u0), max(box[1], u1)
     box[2], box[3] = min(box[2], v0), max(box[3], v1)
 
 
-@njit(cache=True)
-def _row_of_faces(n_faces, faces, counts, shapes, sizes, planes_iz, colours, y, row, a, b, xs, hull, hull_count, buf, draw_details):
+@kernel
+def _row_of_faces(
+    n_faces,
+    faces,
+    counts,
+    shapes,
+    sizes,
+    planes_iz,
+    colours,
+    y,
+    row,
+    a,
+    b,
+    xs,
+    hull,
+    hull_count,
+    buf,
+    draw_details,
+):
     """Sum the faces of one row into buf: 0 hull coverage, 1 weight, 2 inverse depth, 3 coverage, 4.. colours."""
     width = b - a
     for k in range(n_faces):
@@ -164,26 +192,54 @@ def _row_of_faces(n_faces, faces, counts, shapes, sizes, planes_iz, colours, y, 
     _gate(buf[1, :width], buf[0, :width])
 
 
-@njit(cache=True)
+@kernel
 def _accumulate(coverage, value, plane):
     for i in range(plane.shape[0]):
         plane[i] += coverage[i] * value
 
 
-@njit(cache=True)
+@kernel
 def _divide(plane, weight):
     for i in range(plane.shape[0]):
         plane[i] = plane[i] / max(weight[i], np.float32(1e-6))
 
 
-@njit(cache=True)
+@kernel
 def _gate(weight, alpha):
     for i in range(alpha.shape[0]):
         alpha[i] = alpha[i] * min(F1, weight[i] * np.float32(1e3))
 
 
 @njit(cache=True)
-def draw_polyhedron(points, first, last, face_start, face_corners, details, colours, colour_base, optics, xs, size, scratch, buf, box):
+def polyhedron_work(channels):
+    """Allocate what ``draw_polyhedron`` works in."""
+    return (
+        np.empty((MAX_FACES, MAX_CORNERS, 2)), np.empty(MAX_FACES, np.int64), np.empty((MAX_FACES, MAX_CORNERS, 3), np.float32),
+        np.empty(MAX_FACES, np.int64), np.empty((MAX_FACES, 3)), np.empty((MAX_FACES, channels), np.float32),
+        np.empty(MAX_FACES, np.bool_), np.empty((MAX_FACES, 2), np.int64), np.empty((MAX_FACES * MAX_CORNERS, 2)),
+        np.empty((MAX_CORNERS, 3)), np.empty(MAX_FACES * MAX_CORNERS, np.int64), np.empty((2 * MAX_FACES * MAX_CORNERS + 2, 2)),
+        np.empty((MAX_FACES * MAX_CORNERS, 3), np.float32),
+    )  # fmt: skip
+
+
+@kernel
+def draw_polyhedron(
+    points,
+    first,
+    last,
+    face_start,
+    face_corners,
+    details,
+    colours,
+    colour_base,
+    optics,
+    xs,
+    size,
+    scratch,
+    buf,
+    work,
+    box,
+):
     """Draw one convex polyhedron into its object's scratch planes.
 
     Args:
@@ -199,22 +255,16 @@ def draw_polyhedron(points, first, last, face_start, face_corners, details, colo
         xs: (W,) float32 pixel centres.
         size: (height, width).
         scratch: (planes (C, H, W), alpha (H, W), inverse depth (H, W)).
-        buf: (24, W) float32 work space.
+        buf: (24, >= W) float32 work space.
+        work: From ``polyhedron_work``.
         box: (4,) int64 bounding box to extend.
     """
     focal, cx, cy = optics
     height, width = size
     planes, alpha, inverse = scratch
-    shapes = np.empty((MAX_FACES, MAX_CORNERS, 2))
-    sizes = np.empty(MAX_FACES, np.int64)
-    edges = np.empty((MAX_FACES, MAX_CORNERS, 3), np.float32)
-    counts = np.empty(MAX_FACES, np.int64)
-    slopes = np.empty((MAX_FACES, 3))
-    shades = np.empty((MAX_FACES, colours.shape[1]), np.float32)
-    painted = np.empty(MAX_FACES, np.bool_)
-    rows = np.empty((MAX_FACES, 2), np.int64)
-    outline = np.empty((MAX_FACES * MAX_CORNERS, 2))
-    local = np.empty((MAX_CORNERS, 3))
+    shapes, sizes, edges, counts, slopes, shades, painted, rows, outline, local, order, ring, ring_edges = (
+        work
+    )
     n, total, top, bottom = 0, 0, height, 0
     for face in range(first, last):
         s, e = face_start[face], face_start[face + 1]
@@ -250,12 +300,9 @@ def draw_polyhedron(points, first, last, face_start, face_corners, details, colo
         n += 1
     if total < 3 or bottom <= top:
         return
-    order = np.empty(total, np.int64)
-    ring = np.empty((2 * total + 2, 2))
-    ring_count = _hull(outline, total, order, ring)
+    ring_count = hull_2d(outline, total, order, ring)
     if ring_count < 3:
         return
-    ring_edges = np.empty((ring_count, 3), np.float32)
     ring_edge_count = polygon_edges(ring, ring_count, ring_edges)
     for row in range(top, bottom):
         a, b = _column_range(ring, ring_count, row, width)

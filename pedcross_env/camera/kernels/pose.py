@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+
+from pedcross_env.camera.kernels.jit import kernel
 
 __all__ = ["BODY_JOINTS", "pose_body"]
 
@@ -12,12 +13,12 @@ BODY_JOINTS = 28
 THIGH, SHANK, ANKLE = 0.245, 0.246, 0.039  # shares of the height (Drillis and Contini)
 
 
-@njit(cache=True)
+@kernel
 def _set(joints, k, x, y, z):
     joints[k, 0], joints[k, 1], joints[k, 2] = x, y, z
 
 
-@njit(cache=True)
+@kernel
 def _leg(joints, first, side, hip_y, lift, angle, knee):
     """Hip, knee, ankle, toe from the hip angle (forward positive) and the knee's flexion."""
     kx, kz = THIGH * math.sin(angle), lift - THIGH * math.cos(angle)
@@ -27,10 +28,16 @@ def _leg(joints, first, side, hip_y, lift, angle, knee):
     _set(joints, first, 0.0, side * hip_y, lift)
     _set(joints, first + 1, kx, side * hip_y, kz)
     _set(joints, first + 2, ax - 0.012, side * hip_y, az - 0.012)
-    _set(joints, first + 3, ax + 0.088 * math.cos(foot), side * hip_y * 1.15, az - 0.019 + 0.088 * math.sin(foot))
+    _set(
+        joints,
+        first + 3,
+        ax + 0.088 * math.cos(foot),
+        side * hip_y * 1.15,
+        az - 0.019 + 0.088 * math.sin(foot),
+    )
 
 
-@njit(cache=True)
+@kernel
 def pose_body(phase, stride_m, head_yaw, height_m, build, joints):
     """Fill the joints in body axes (x ahead, y left, z up), in shares of the height.
 
@@ -83,7 +90,13 @@ def pose_body(phase, stride_m, head_yaw, height_m, build, joints):
         fore = arm + 0.25 + 0.45 * max(0.0, arm) + 0.15 * bend
         wx, wz = ex + 0.145 * math.sin(fore), ez - 0.145 * math.cos(fore)
         _set(joints, base + 2, wx, side * (shoulder + 0.008), wz)
-        _set(joints, 24 if side > 0 else 25, wx + 0.05 * math.sin(fore), side * shoulder, wz - 0.05 * math.cos(fore))
+        _set(
+            joints,
+            24 if side > 0 else 25,
+            wx + 0.05 * math.sin(fore),
+            side * shoulder,
+            wz - 0.05 * math.cos(fore),
+        )
         _set(joints, 19 if side > 0 else 20, 0.01, side * 0.038, hip + 0.03)
         _set(joints, 21 if side > 0 else 22, 0.23 * s, side * 0.052, hip + 0.225 * c)
     _set(joints, 26, 0.10 * s - 0.085, 0.0, hip + 0.11 * c)

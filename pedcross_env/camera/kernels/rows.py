@@ -6,19 +6,31 @@ All arrays are row slices of the same length; the loops are free of branches, so
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-__all__ = ["add_face", "composite_row", "coverage_row", "exp_minus", "hash01", "lerp_row", "merge_row"]
+from pedcross_env.camera.kernels.jit import inlined, kernel
+
+__all__ = [
+    "add_face",
+    "composite_row",
+    "coverage_pixels",
+    "coverage_row",
+    "exp_minus",
+    "hash01",
+    "lerp_row",
+    "merge_row",
+]
 
 F0, F1, HALF = np.float32(0), np.float32(1), np.float32(0.5)
 FAR = np.float32(1e-9)  # added to inverse depths where nothing is
 
 
-@njit(cache=True, inline="always")
+@inlined
 def exp_minus(x):
     """Return exp(-x) for x >= 0 within 1e-4 up to x = 8 (series of exp(x / 16), four squarings)."""
     y = min(x, np.float32(80.0)) * np.float32(0.0625)
-    p = F1 + y * (F1 + y * (HALF + y * (np.float32(1 / 6) + y * (np.float32(1 / 24) + y * np.float32(1 / 120)))))
+    p = F1 + y * (
+        F1 + y * (HALF + y * (np.float32(1 / 6) + y * (np.float32(1 / 24) + y * np.float32(1 / 120))))
+    )
     p = p * p
     p = p * p
     p = p * p
@@ -26,7 +38,7 @@ def exp_minus(x):
     return F1 / p
 
 
-@njit(cache=True, inline="always")
+@inlined
 def hash01(a, b):
     """Hash two integers to [0, 1)."""
     h = np.uint32(a) * np.uint32(374761393) + np.uint32(b) * np.uint32(668265263)
@@ -35,20 +47,20 @@ def hash01(a, b):
     return np.float32(h & np.uint32(0xFFFFFF)) * np.float32(1.0 / 16777216.0)
 
 
-@njit(cache=True)
+@kernel
 def _edge_pass(xs, slope, offset, side):
     for i in range(xs.shape[0]):
         side[i] = min(side[i], max(F0, min(F1, slope * xs[i] + offset)))
 
 
-@njit(cache=True)
+@kernel
 def _sides_to_coverage(left, right, top, bottom, out):
     for i in range(out.shape[0]):
         across = max(F0, left[i] + right[i] - F1)
         out[i] = across * max(F0, top[i] + bottom[i] - F1)
 
 
-@njit(cache=True)
+@kernel
 def coverage_row(edges, count, y, xs, sides, out):
     """Share of each pixel that a convex polygon covers.
 
@@ -75,7 +87,28 @@ def coverage_row(edges, count, y, xs, sides, out):
     _sides_to_coverage(sides[0], sides[1], sides[2], sides[3], out)
 
 
-@njit(cache=True)
+@kernel
+def _edge_pass_2d(xs, ys, a, b, offset, side):
+    for i in range(xs.shape[0]):
+        side[i] = min(side[i], max(F0, min(F1, a * xs[i] + b * ys[i] + offset)))
+
+
+@kernel
+def coverage_pixels(edges, count, xs, ys, sides, out):
+    """Like ``coverage_row`` for a list of pixels with centres (xs, ys)."""
+    for k in range(4):
+        sides[k, :] = F1
+    for k in range(count):
+        a, b, offset = edges[k, 0], edges[k, 1], edges[k, 2] + HALF
+        if abs(a) >= abs(b):
+            side = 0 if a > F0 else 1
+        else:
+            side = 2 if b > F0 else 3
+        _edge_pass_2d(xs, ys, a, b, offset, sides[side])
+    _sides_to_coverage(sides[0], sides[1], sides[2], sides[3], out)
+
+
+@kernel
 def add_face(xs, coverage, inverse0, inverse_slope, weight, inverse):
     """Add a face's coverage and its inverse depth, weighted, to the sums of its polyhedron."""
     for i in range(xs.shape[0]):
@@ -83,14 +116,14 @@ def add_face(xs, coverage, inverse0, inverse_slope, weight, inverse):
         inverse[i] += coverage[i] * (inverse0 + inverse_slope * xs[i])
 
 
-@njit(cache=True)
+@kernel
 def lerp_row(coverage, value, plane):
     """Paint ``value`` over a plane by coverage."""
     for i in range(coverage.shape[0]):
         plane[i] += coverage[i] * (value - plane[i])
 
 
-@njit(cache=True)
+@kernel
 def _merge_weights(alpha_new, inverse_new, alpha, inverse, front, back):
     for i in range(alpha.shape[0]):
         near = inverse_new[i] >= inverse[i]
@@ -102,13 +135,13 @@ def _merge_weights(alpha_new, inverse_new, alpha, inverse, front, back):
         inverse[i] = max(inverse[i], inverse_new[i] if a > np.float32(0.004) else F0)
 
 
-@njit(cache=True)
+@kernel
 def _merge_plane(colour, front, back, plane):
     for i in range(plane.shape[0]):
         plane[i] = plane[i] * back[i] + colour[i] * front[i]
 
 
-@njit(cache=True)
+@kernel
 def merge_row(colours, alpha_new, inverse_new, planes, alpha, inverse, work):
     """Unite a primitive with its object: the nearer covers, coverage adds up to 1 (no seams).
 
@@ -126,7 +159,28 @@ def merge_row(colours, alpha_new, inverse_new, planes, alpha, inverse, work):
         _merge_plane(colours[c], work[0], work[1], planes[c])
 
 
-@njit(cache=True)
+@kernel
+def _clear_air_weights(alpha_new, inverse_new, alpha, nearest, front, back, owner):
+    for i in range(alpha.shape[0]):
+        a, old = alpha_new[i], alpha[i]
+        near = inverse_new[i] > nearest[i]
+        free = F1 - old
+        share = a if near else a * free
+        keep = F1 - a if near else F1
+        front[i] = F1 if near else free
+        back[i] = keep
+        alpha[i] = old * keep + share
+        owner[i] = share
+
+
+@kernel
+def _clear_air_plane(colour, front, back, plane):
+    for i in range(plane.shape[0]):
+        plane[i] = plane[i] * back[i] + colour[i] * front[i]
+        colour[i] = F0
+
+
+@kernel
 def _composite_weights(alpha_new, inverse_new, beta, alpha, nearest, front, back, haze, owner):
     for i in range(alpha.shape[0]):
         a, old = alpha_new[i], alpha[i]
@@ -143,14 +197,14 @@ def _composite_weights(alpha_new, inverse_new, beta, alpha, nearest, front, back
         owner[i] = share
 
 
-@njit(cache=True)
+@kernel
 def _composite_plane(colour, front, back, haze, air, plane):
     for i in range(plane.shape[0]):
         plane[i] = plane[i] * back[i] + colour[i] * front[i] + haze[i] * air
         colour[i] = F0
 
 
-@njit(cache=True)
+@kernel
 def _composite_owner(alpha_new, inverse_new, share, back, ident, nearest, weight, depth_inverse, ids):
     for i in range(share.shape[0]):
         kept = weight[i] * back[i]
@@ -161,15 +215,17 @@ def _composite_owner(alpha_new, inverse_new, share, back, ident, nearest, weight
         nearest[i] = max(nearest[i], inverse_new[i] if alpha_new[i] > np.float32(0.004) else F0)
 
 
-@njit(cache=True)
+@kernel
 def _clear(alpha, inverse):
     for i in range(alpha.shape[0]):
         alpha[i] = F0
         inverse[i] = F0
 
 
-@njit(cache=True)
-def composite_row(planes, alpha_new, inverse_new, beta, air, ident, out, alpha, nearest, weight, depth_inverse, ids, work):
+@kernel
+def composite_row(
+    planes, alpha_new, inverse_new, beta, air, ident, out, alpha, nearest, weight, depth_inverse, ids, work
+):
     """Put an object's row onto the frame, fog applied, over what is farther and under what is nearer; clear it.
 
     Args:
@@ -187,8 +243,13 @@ def composite_row(planes, alpha_new, inverse_new, beta, air, ident, out, alpha, 
         ids: (n,) id of the owner.
         work: (4, n).
     """
-    _composite_weights(alpha_new, inverse_new, beta, alpha, nearest, work[0], work[1], work[2], work[3])
-    for c in range(out.shape[0]):
-        _composite_plane(planes[c], work[0], work[1], work[2], air[c], out[c])
+    if beta > F0:
+        _composite_weights(alpha_new, inverse_new, beta, alpha, nearest, work[0], work[1], work[2], work[3])
+        for c in range(out.shape[0]):
+            _composite_plane(planes[c], work[0], work[1], work[2], air[c], out[c])
+    else:
+        _clear_air_weights(alpha_new, inverse_new, alpha, nearest, work[0], work[1], work[3])
+        for c in range(out.shape[0]):
+            _clear_air_plane(planes[c], work[0], work[1], out[c])
     _composite_owner(alpha_new, inverse_new, work[3], work[1], ident, nearest, weight, depth_inverse, ids)
     _clear(alpha_new, inverse_new)

@@ -8,67 +8,97 @@ import numpy as np
 from numba import njit
 
 from pedcross_env.camera.kernels.capsules import draw_capsule
-from pedcross_env.camera.kernels.facade import draw_panel
+from pedcross_env.camera.kernels.facade import draw_panel, panel_work
+from pedcross_env.camera.kernels.jit import kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_AIR, ENV_BEAM_AXES, ENV_BEAM_POSITION, ENV_BEAM_TINT, ENV_BETA, ENV_LAMP, ENV_SUN, ENV_SUN_DIRECTION, beam_candela,
     face_radiance, head_irradiance, light_field,
 )  # fmt: skip
-from pedcross_env.camera.kernels.polygons import draw_polyhedron
+from pedcross_env.camera.kernels.polygons import draw_polyhedron, polyhedron_work
 from pedcross_env.camera.kernels.pose import BODY_JOINTS, pose_body
 from pedcross_env.camera.kernels.rows import composite_row
 
 __all__ = ["draw_scene"]
 
+VEGETATION = -3  # contracts.StaticClass
 LUMA_R, LUMA_G, LUMA_B = 0.2126, 0.7152, 0.0722
 
 
-@njit(cache=True)
+@kernel
 def _to_camera(rotation, camera, x, y, z, out):
     dx, dy, dz = x - camera[0], y - camera[1], z - camera[2]
     for k in range(3):
         out[k] = rotation[k, 0] * dx + rotation[k, 1] * dy + rotation[k, 2] * dz
 
 
-@njit(cache=True)
-def _capsule_lit(p0, p1, r0, r1, albedo, shine, env, lamps, beams, table, optics, xs, size, scratch, buf, box):
+@kernel
+def _capsule_lit(p0, p1, r0, r1, albedo, shine, env, lamps, beams, table, optics, size, scratch, work, box):
     """Light one capsule at its middle (the ego's beam at both ends) and draw it."""
-    channels = scratch[0].shape[0]
-    middle, field = np.empty(3), np.empty((3, 4))
+    middle, field, light, heads, sun, head, seg = work
+    channels = light.shape[0]
     for k in range(3):
         middle[k] = 0.5 * (p0[k] + p1[k])
+        sun[k] = env[ENV_SUN_DIRECTION + k]
     light_field(middle, env, lamps, beams, table, field)
     beta = env[ENV_BETA]
-    heads = (head_irradiance(p0, env, table, beta), head_irradiance(p1, env, table, beta))
-    light, ends = np.zeros((channels, 5), np.float32), np.zeros((channels, 2), np.float32)
+    head0, head1 = head_irradiance(p0, env, table, beta), head_irradiance(p1, env, table, beta)
+    light[:] = 0
+    heads[:] = 0
     for c in range(3):
-        rho = albedo[c] / math.pi
         weight = 1.0 if channels == 3 else (LUMA_R, LUMA_G, LUMA_B)[c]
+        rho = weight * albedo[c] / math.pi
         o = c if channels == 3 else 0
         for k in range(4):
-            light[o, k] += weight * rho * field[c, k]
-        light[o, 0] += weight * shine * env[ENV_LAMP + c]
-        light[o, 4] += weight * rho * env[ENV_SUN + c]
-        for e in range(2):
-            ends[o, e] += weight * rho * heads[e] * env[ENV_BEAM_TINT + c]
-    sun, head = np.empty(3, np.float32), np.empty(3, np.float32)
-    away = 0.0
+            light[o, k] += rho * field[c, k]
+        light[o, 4] += rho * env[ENV_SUN + c]
+        light[o, 5] += weight * shine * env[ENV_LAMP + c]
+        heads[o, 0] += rho * head0 * env[ENV_BEAM_TINT + c]
+        heads[o, 1] += rho * (head1 - head0) * env[ENV_BEAM_TINT + c]
+    away = 1e-9
     for k in range(3):
         away += (env[ENV_BEAM_POSITION + k] - middle[k]) ** 2
     for k in range(3):
-        sun[k] = env[ENV_SUN_DIRECTION + k]
-        head[k] = (env[ENV_BEAM_POSITION + k] - middle[k]) / math.sqrt(away + 1e-9)
-    draw_capsule(p0, p1, r0, r1, light, ends, sun, head, optics, xs, size, scratch, buf, box)
+        head[k] = (env[ENV_BEAM_POSITION + k] - middle[k]) / math.sqrt(away)
+    draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, seg, box)
 
 
 @njit(cache=True)
-def _draw_pedestrian(actor, look, build, body, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch, buf, box):
-    joints, world = np.empty((BODY_JOINTS, 3)), np.empty((BODY_JOINTS, 3))
+def _capsule_work(channels):
+    """Allocate what ``_capsule_lit`` works in."""
+    return (
+        np.empty(3), np.empty((3, 4)), np.empty((channels, 6), np.float32), np.empty((channels, 2), np.float32),
+        np.empty(3, np.float32), np.empty(3, np.float32), np.empty(10, np.float32),
+    )  # fmt: skip
+
+
+@kernel
+def _draw_pedestrian(
+    actor,
+    look,
+    build,
+    body,
+    rotation,
+    camera,
+    env,
+    lamps,
+    beams,
+    table,
+    optics,
+    size,
+    scratch,
+    work,
+    bones,
+    box,
+):
+    joints, world = bones
     height = actor[8]
     pose_body(actor[9], actor[10], actor[11], height, build, joints)
     c, s = math.cos(actor[3]), math.sin(actor[3])
     for k in range(BODY_JOINTS):
         jx, jy, jz = joints[k, 0] * height, joints[k, 1] * height, joints[k, 2] * height
-        _to_camera(rotation, camera, actor[0] + c * jx - s * jy, actor[1] + s * jx + c * jy, actor[2] + jz, world[k])
+        _to_camera(
+            rotation, camera, actor[0] + c * jx - s * jy, actor[1] + s * jx + c * jy, actor[2] + jz, world[k]
+        )
     for k in range(body.shape[0]):
         slot = int(body[k, 4])
         if look[slot, 3] == 0.0:
@@ -77,28 +107,25 @@ def _draw_pedestrian(actor, look, build, body, rotation, camera, env, lamps, bea
         a, b = int(body[k, 0]), int(body[k, 1])
         _capsule_lit(
             world[a], world[b], body[k, 2] * height * scale, body[k, 3] * height * scale, look[slot], 0.0, env, lamps, beams, table,
-            optics, xs, size, scratch, buf, box,
+            optics, size, scratch, work, box,
         )  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def _lamp_glow(kind, actor, centre, normal, rotation, env, table, albedo, out):
     """Add the radiance of a lit head, tail or brake light."""
     if kind == 1 and actor[13] > 0:
         yaw = actor[3]
-        forward, left, up = np.empty(3), np.empty(3), np.empty(3)
-        for k in range(3):
-            forward[k] = rotation[k, 0] * math.cos(yaw) + rotation[k, 1] * math.sin(yaw)
-            left[k] = -rotation[k, 0] * math.sin(yaw) + rotation[k, 1] * math.cos(yaw)
-            up[k] = rotation[k, 2]
         f = l = u = r2 = 0.0
         for k in range(3):
-            f -= centre[k] * forward[k]
-            l -= centre[k] * left[k]
-            u -= centre[k] * up[k]
+            f -= centre[k] * (rotation[k, 0] * math.cos(yaw) + rotation[k, 1] * math.sin(yaw))
+            l -= centre[k] * (rotation[k, 1] * math.cos(yaw) - rotation[k, 0] * math.sin(yaw))
+            u -= centre[k] * rotation[k, 2]
             r2 += centre[k] * centre[k]
         candela = 0.5 * beam_candela(table, l / f, u / f) if f > 0.05 else 0.0
-        seen = abs(centre[0] * normal[0] + centre[1] * normal[1] + centre[2] * normal[2]) / math.sqrt(r2 + 1e-9)
+        seen = abs(centre[0] * normal[0] + centre[1] * normal[1] + centre[2] * normal[2]) / math.sqrt(
+            r2 + 1e-9
+        )
         area = 0.035 * max(0.15, seen)
         for c in range(3):
             out[c] += actor[13] * (candela / area + 300.0) * env[ENV_BEAM_TINT + c]
@@ -109,28 +136,50 @@ def _lamp_glow(kind, actor, centre, normal, rotation, env, table, albedo, out):
         out[2] += level * 0.06
 
 
-@njit(cache=True)
-def _draw_vehicle(actor, paint, vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch, buf, box):
+@kernel
+def _draw_vehicle(
+    actor,
+    paint,
+    vehicles,
+    materials,
+    rotation,
+    camera,
+    env,
+    lamps,
+    beams,
+    table,
+    optics,
+    xs,
+    size,
+    scratch,
+    buf,
+    work,
+    hulls,
+    car,
+    box,
+):
     points, model_points, model_parts, part_faces, face_start, corners, surface, detail, nominal = vehicles
     channels = scratch[0].shape[0]
     model = int(actor[5])
     p0, p1 = model_points[model], model_points[model + 1]
-    local = np.empty((p1 - p0, 3))
+    local, colours, normal, rgb, albedo = car
+    centre, field = work[0], work[1]
     c, s = math.cos(actor[3]), math.sin(actor[3])
     cp, sp = math.cos(actor[4]), math.sin(actor[4])
     sx, sy, sz = actor[6] / nominal[model, 0], actor[7] / nominal[model, 1], actor[8] / nominal[model, 2]
     for i in range(p1 - p0):
         x, y, z = points[p0 + i, 0] * sx, points[p0 + i, 1] * sy, points[p0 + i, 2] * sz
         x, z = x * cp + z * sp, z * cp - x * sp  # nose down positive
-        _to_camera(rotation, camera, actor[0] + c * x - s * y, actor[1] + s * x + c * y, actor[2] + z, local[i])
+        _to_camera(
+            rotation, camera, actor[0] + c * x - s * y, actor[1] + s * x + c * y, actor[2] + z, local[i]
+        )
     f0, f1 = part_faces[model_parts[model]], part_faces[model_parts[model + 1]]
-    colours = np.zeros((f1 - f0, channels), np.float32)
-    field, centre, normal, rgb, albedo = np.empty((3, 4)), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    _to_camera(rotation, camera, actor[0], actor[1], actor[2] + 0.5 * actor[8], centre)
+    colours[: f1 - f0] = 0
     for face in range(f0, f1):
         a, b = face_start[face], face_start[face + 1]
-        centre[:] = 0.0
-        normal[:] = 0.0
+        for k in range(3):
+            centre[k] = 0.0
+            normal[k] = 0.0
         for i in range(a, b):
             j = i + 1 if i + 1 < b else a
             p, q = local[corners[i]], local[corners[j]]
@@ -153,15 +202,70 @@ def _draw_vehicle(actor, paint, vehicles, materials, rotation, camera, env, lamp
         face_radiance(centre, normal, albedo, materials[m, 3], env, field, head, rgb)
         _lamp_glow(int(materials[m, 4]), actor, centre, normal, rotation, env, table, albedo, rgb)
         for k in range(3):
-            colours[face - f0, k if channels == 3 else 0] += rgb[k] if channels == 3 else (LUMA_R, LUMA_G, LUMA_B)[k] * rgb[k]
+            colours[face - f0, k if channels == 3 else 0] += (
+                rgb[k] if channels == 3 else (LUMA_R, LUMA_G, LUMA_B)[k] * rgb[k]
+            )
     for part in range(model_parts[model], model_parts[model + 1]):
         first, last = part_faces[part], part_faces[part + 1]
         draw_polyhedron(
-            local, first, last, face_start, corners, detail, colours, f0, optics, xs, size, scratch, buf, box,
+            local, first, last, face_start, corners, detail, colours, f0, optics, xs, size, scratch, buf, hulls, box,
         )  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
+def _draw_group(
+    group,
+    capsules,
+    distance,
+    rotation,
+    camera,
+    env,
+    lamps,
+    beams,
+    table,
+    optics,
+    size,
+    scratch,
+    work,
+    bones,
+    box,
+):
+    """Draw a tree or a lamp; far crowns fade to fewer and larger blobs, continuously."""
+    first, last = int(group[0]), int(group[1])
+    wanted, grown = last - first + 0.0, 1.0
+    if group[6] == VEGETATION:
+        wanted = max(11.0, (last - first) * min(1.0, 26.0 / max(distance, 1.0)))
+        grown = ((last - first) / wanted) ** 0.42
+    ends = bones[1]
+    for i in range(first, last):
+        share = min(1.0, wanted - (i - first))
+        if share <= 0.0:
+            break
+        s = capsules[i]
+        scale = share * (grown if i > first else 1.0)
+        _to_camera(rotation, camera, s[0], s[1], s[2], ends[0])
+        _to_camera(rotation, camera, s[3], s[4], s[5], ends[1])
+        shine = 9000.0 if s[11] > 0 else 0.0
+        _capsule_lit(
+            ends[0],
+            ends[1],
+            s[6] * scale,
+            s[7] * scale,
+            s[8:11],
+            shine,
+            env,
+            lamps,
+            beams,
+            table,
+            optics,
+            size,
+            scratch,
+            work,
+            box,
+        )
+
+
+@kernel
 def _put(scratch, box, ident, env, air, frame, buf):
     """Composite an object's scratch planes onto the frame and clear them."""
     planes, alpha, inverse = scratch
@@ -176,12 +280,12 @@ def _put(scratch, box, ident, env, air, frame, buf):
         )  # fmt: skip
 
 
-@njit(cache=True)
+@kernel
 def _reset_box(box, size):
     box[0], box[1], box[2], box[3] = size[1], 0, size[0], 0
 
 
-@njit(cache=True)
+@kernel
 def _visible(centre, radius, optics, size):
     """Whether a sphere can reach the image."""
     focal, cx, cy = optics
@@ -195,7 +299,31 @@ def _visible(centre, radius, optics, size):
 
 
 @njit(cache=True)
-def draw_scene(actors, idents, looks, builds, body, vehicles, materials, capsules, groups, panels, maps, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch, frame, buf):
+def draw_scene(
+    actors,
+    idents,
+    looks,
+    builds,
+    body,
+    vehicles,
+    materials,
+    capsules,
+    groups,
+    panels,
+    maps,
+    rotation,
+    camera,
+    env,
+    lamps,
+    beams,
+    table,
+    optics,
+    xs,
+    size,
+    scratch,
+    frame,
+    buf,
+):
     """Draw all objects, front to back.
 
     Args:
@@ -225,7 +353,7 @@ def draw_scene(actors, idents, looks, builds, body, vehicles, materials, capsule
     """
     n, g = actors.shape[0], groups.shape[0]
     keys = np.full(n + g, 1e9)
-    centre, end = np.empty(3), np.empty(3)
+    centre = np.empty(3)
     for i in range(n):
         _to_camera(rotation, camera, actors[i, 0], actors[i, 1], actors[i, 2] + 0.5 * actors[i, 8], centre)
         radius = 0.5 * math.sqrt(actors[i, 6] ** 2 + actors[i, 7] ** 2 + actors[i, 8] ** 2) * 1.1 + 0.3
@@ -242,26 +370,101 @@ def draw_scene(actors, idents, looks, builds, body, vehicles, materials, capsule
         else:
             air[0] += np.float32((LUMA_R, LUMA_G, LUMA_B)[c] * env[ENV_AIR + c])
     box = np.empty(4, np.int64)
+    channels = frame[0].shape[0]
+    work, hulls, fronts = _capsule_work(channels), polyhedron_work(channels), panel_work()
+    bones = (np.empty((BODY_JOINTS, 3)), np.empty((BODY_JOINTS, 3)))
+    car = (
+        np.empty((vehicles[0].shape[0], 3)),
+        np.empty((vehicles[6].shape[0], channels), np.float32),
+        np.empty(3),
+        np.empty(3),
+        np.empty(3),
+    )
     _reset_box(box, size)
     for k in np.argsort(keys, kind="mergesort"):
         if keys[k] >= 1e9:
             break
         if k < n:
             if idents[k, 1] == 1:
-                _draw_vehicle(actors[k], looks[k, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch, buf, box)
+                _draw_vehicle(
+                    actors[k],
+                    looks[k, 0],
+                    vehicles,
+                    materials,
+                    rotation,
+                    camera,
+                    env,
+                    lamps,
+                    beams,
+                    table,
+                    optics,
+                    xs,
+                    size,
+                    scratch,
+                    buf,
+                    work,
+                    hulls,
+                    car,
+                    box,
+                )
             else:
-                _draw_pedestrian(actors[k], looks[k], builds[k], body, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch, buf, box)
+                _draw_pedestrian(
+                    actors[k],
+                    looks[k],
+                    builds[k],
+                    body,
+                    rotation,
+                    camera,
+                    env,
+                    lamps,
+                    beams,
+                    table,
+                    optics,
+                    size,
+                    scratch,
+                    work,
+                    bones,
+                    box,
+                )
             _put(scratch, box, idents[k, 0], env, air, frame, buf)
         else:
-            group = groups[k - n]
-            for i in range(int(group[0]), int(group[1])):
-                s = capsules[i]
-                _to_camera(rotation, camera, s[0], s[1], s[2], centre)
-                _to_camera(rotation, camera, s[3], s[4], s[5], end)
-                shine = 9000.0 if s[11] > 0 else 0.0
-                _capsule_lit(centre, end, s[6], s[7], s[8:11], shine, env, lamps, beams, table, optics, xs, size, scratch, buf, box)
-            _put(scratch, box, int(group[6]), env, air, frame, buf)
+            _draw_group(
+                groups[k - n],
+                capsules,
+                keys[k],
+                rotation,
+                camera,
+                env,
+                lamps,
+                beams,
+                table,
+                optics,
+                size,
+                scratch,
+                work,
+                bones,
+                box,
+            )
+            _put(scratch, box, int(groups[k - n, 6]), env, air, frame, buf)
         _reset_box(box, size)
-    for i in range(panels.shape[0]):
-        draw_panel(panels[i], rotation, camera, env, table, maps[0], maps[1], optics, xs, size, scratch, buf, box)
-    _put(scratch, box, -2, env, air, frame, buf)
+    for side in range(2):  # the two rows of houses apart: their bounding boxes leave out the street
+        for i in range(panels.shape[0]):
+            if (panels[i, 1] > 0) == (side == 1):
+                draw_panel(
+                    panels[i],
+                    rotation,
+                    camera,
+                    env,
+                    table,
+                    maps[0],
+                    maps[1],
+                    optics,
+                    xs,
+                    size,
+                    scratch,
+                    buf,
+                    fronts,
+                    box,
+                )
+        _put(scratch, box, -2, env, air, frame, buf)
+        _reset_box(box, size)

@@ -1,0 +1,114 @@
+"""Shadows of actors on the ground: hulls of boxes and capsules, cast by the sun, and contact shadows under them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from pedcross_env.camera.kernels.polygons import hull_2d
+from pedcross_env.camera.kernels.pose import BODY_JOINTS, pose_body
+
+__all__ = ["CAPSULES_PER_ACTOR", "MAX_EDGES", "POLYGONS_PER_ACTOR", "cast_shadows"]
+
+MAX_EDGES, POLYGONS_PER_ACTOR, CAPSULES_PER_ACTOR = 12, 4, 10
+SUN, SKY = 0.0, 1.0
+# limbs that cast: joint, joint, radius as a share of the height (joints of kernels.pose)
+LIMBS = np.array(
+    [[8, 9, 0.045], [9, 10, 0.032], [15, 16, 0.045], [16, 17, 0.032], [0, 1, 0.095], [1, 2, 0.085], [3, 4, 0.05], [5, 7, 0.025],
+     [12, 14, 0.025]]
+)  # fmt: skip
+# a vehicle's shadows: rows of (scale of the footprint, height share) pairs whose hull is cast; then softness, strength, target
+CASTS = np.array(
+    [
+        [0.98, 0.0, 0.98, 0.0, 0.98, 0.0, 0.35, 0.85, SKY],
+        [1.20, 0.0, 1.20, 0.0, 1.20, 0.0, 1.40, 0.45, SKY],
+        [0.97, 0.12, 0.96, 0.62, 0.72, 0.97, 0.12, 0.96, SUN],
+        [0.95, 0.0, 0.95, 0.0, 0.95, 0.0, 0.20, 0.96, SUN],
+    ]
+)
+
+
+@njit(cache=True)
+def _vehicle(actor, shear, sunny, polygons, info, at):
+    c, s = math.cos(actor[3]), math.sin(actor[3])
+    points, ring, order = np.empty((12, 2)), np.empty((26, 2)), np.empty(12, np.int64)
+    for k in range(CASTS.shape[0]):
+        cast = CASTS[k]
+        if cast[8] == SUN and not sunny:
+            continue
+        n = 0
+        for level in range(3):
+            scale, rise = 0.5 * cast[2 * level], cast[2 * level + 1] * actor[8]
+            for corner in range(4):
+                x = actor[6] * scale * (1.0 if corner < 2 else -1.0)
+                y = actor[7] * scale * (1.0 if corner % 2 == 0 else -1.0)
+                points[n, 0] = actor[0] + c * x - s * y + shear[0] * rise
+                points[n, 1] = actor[1] + s * x + c * y + shear[1] * rise
+                n += 1
+        m = min(hull_2d(points, n, order, ring), MAX_EDGES)
+        soft = cast[6]
+        box = info[at]
+        box[0], box[1], box[2], box[3] = 1e9, -1e9, 1e9, -1e9
+        for i in range(m):
+            j = (i + 1) % m
+            ex, ey = ring[j, 0] - ring[i, 0], ring[j, 1] - ring[i, 1]
+            norm = math.sqrt(ex * ex + ey * ey) + 1e-12
+            polygons[at, i, 0], polygons[at, i, 1] = -ey / norm, ex / norm
+            polygons[at, i, 2] = (ey * ring[i, 0] - ex * ring[i, 1]) / norm
+            box[0], box[1] = min(box[0], ring[i, 0] - soft), max(box[1], ring[i, 0] + soft)
+            box[2], box[3] = min(box[2], ring[i, 1] - soft), max(box[3], ring[i, 1] + soft)
+        box[4], box[5], box[6], box[7] = m, soft, cast[7], cast[8]
+        at += 1
+    return at
+
+
+@njit(cache=True)
+def _pedestrian(actor, build, shear, sunny, capsules, at):
+    c, s = math.cos(actor[3]), math.sin(actor[3])
+    h = actor[8]
+    contact = capsules[at]
+    contact[0], contact[1] = actor[0] - 0.05 * c, actor[1] - 0.05 * s
+    contact[2], contact[3], contact[4] = 0.1 * c, 0.1 * s, 100.0
+    contact[5], contact[6], contact[7], contact[8] = 0.115 * h, 0.45, 0.55, SKY
+    at += 1
+    if not sunny:
+        return at
+    joints = np.empty((BODY_JOINTS, 3))
+    pose_body(actor[9], actor[10], actor[11], h, build, joints)
+    for k in range(LIMBS.shape[0]):
+        out = capsules[at]
+        for e in range(2):
+            j = joints[int(LIMBS[k, e])]
+            x = actor[0] + (c * j[0] - s * j[1] + shear[0] * j[2]) * h
+            y = actor[1] + (s * j[0] + c * j[1] + shear[1] * j[2]) * h
+            out[2 * e], out[2 * e + 1] = x - (out[0] if e else 0.0), y - (out[1] if e else 0.0)
+        out[4] = 1 / max(1e-6, out[2] ** 2 + out[3] ** 2)
+        out[5], out[6], out[7], out[8] = LIMBS[k, 2] * h, 0.05 + 0.01 * h, 0.96, SUN
+        at += 1
+    return at
+
+
+@njit(cache=True)
+def cast_shadows(actors, kinds, builds, shear, sunny, polygons, info, capsules, capsule_count):
+    """Fill the shadow tables that kernels.ground reads; return the numbers of polygons and capsules.
+
+    Args:
+        actors: (N, 14) as kernels.scene.
+        kinds: (N,) ActorKind.
+        builds: (N, 4).
+        shear: How far a shadow falls per metre of height, along x and y.
+        sunny: Whether the sun casts shadows.
+        polygons: (>= 4 N, MAX_EDGES, 3) float64, filled.
+        info: (>= 4 N, 8) x range, y range, edges, softness, strength, target (0 sun, 1 sky).
+        capsules: (>= 10 N, 9) start, extent, 1 / length^2, radius, softness, strength, target; some may be filled.
+        capsule_count: How many of ``capsules`` are filled already.
+    """
+    count = 0
+    for i in range(actors.shape[0]):
+        if kinds[i] == 1:
+            count = _vehicle(actors[i], shear, sunny, polygons, info, count)
+        else:
+            capsule_count = _pedestrian(actors[i], builds[i], shear, sunny, capsules, capsule_count)
+    return count, capsule_count
