@@ -1,9 +1,11 @@
-"""Which detectors are meant: names of shipped checkpoints, or paths of others."""
+"""Which detectors are meant: shipped checkpoints, folders of others, or "module:factory" of a user's own."""
 
 from __future__ import annotations
 
 import dataclasses
 import hashlib
+import importlib
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,7 +23,7 @@ class DetectorSpec:
 
     Attributes:
         name: For tables, unique in a run.
-        path: The checkpoint's folder, what a loader gets.
+        path: The checkpoint's folder, or "module:factory"; what a loader gets.
         modality: "rgb" or "dvs".
         threshold: p from which on it says "crossing"; chosen on validation clips by training.
         fingerprint: Of its weights and settings.
@@ -39,7 +41,9 @@ class DetectorSpec:
 
 
 def load_detector(path: str) -> Any:
-    """Load a checkpoint; torch is imported here and not before."""
+    """Load a checkpoint, or call a factory; torch is imported here and not before."""
+    if _is_factory(path):
+        return _call_factory(path)
     from perception.checkpoint import load_detector as load
 
     return load(path)
@@ -49,7 +53,8 @@ def resolve_detectors(names: Sequence[str]) -> list[DetectorSpec]:
     """Describe the named detectors, or all shipped ones for no names.
 
     Args:
-        names: Names of shipped checkpoints, or folders.
+        names: Names of shipped checkpoints, folders, or "module:factory", where the factory takes nothing
+            and returns a perception.detector.Detector; its ``threshold``, where it has one, replaces 0.5.
 
     Raises:
         ConfigError: For a name that is neither, or one that two of them share.
@@ -58,18 +63,19 @@ def resolve_detectors(names: Sequence[str]) -> list[DetectorSpec]:
     from perception.checkpoint import list_shipped
 
     shipped = list_shipped()
-    folders = []
+    specs = []
     for name in names or shipped:
         if name in shipped:
-            folders.append(Path(shipped[name]))
+            specs.append(_describe(Path(shipped[name])))
         elif Path(name).is_dir():
-            folders.append(Path(name))
+            specs.append(_describe(Path(name)))
+        elif _is_factory(name):
+            specs.append(_describe_factory(name))
         else:
             error = unknown_name("detector", name, shipped)
-            raise ConfigError(f"{error} Or give the folder of a checkpoint.")
-    if not folders:
+            raise ConfigError(f"{error} Or give the folder of a checkpoint, or 'module:factory'.")
+    if not specs:
         raise ConfigError("no detectors: none is shipped and none is named; train one or give its folder.")
-    specs = [_describe(folder) for folder in folders]
     taken: set[str] = set(CONTROLS)
     for spec in specs:
         if spec.name in taken:
@@ -78,6 +84,44 @@ def resolve_detectors(names: Sequence[str]) -> list[DetectorSpec]:
             )
         taken.add(spec.name)
     return specs
+
+
+def _is_factory(name: str) -> bool:
+    return name.count(":") == 1 and not Path(name).exists()
+
+
+def _call_factory(name: str) -> Any:
+    """Import "module:factory", the working directory included, and check what it builds."""
+    from perception.detector import Detector
+
+    module, factory = name.split(":")
+    if "" not in sys.path and str(Path.cwd()) not in sys.path:
+        sys.path.insert(0, str(Path.cwd()))
+    try:
+        detector = getattr(importlib.import_module(module), factory)()
+    except (ImportError, AttributeError) as error:
+        raise ConfigError(
+            f"detector {name!r} cannot be loaded ({error}); give 'module:factory' of an importable module."
+        ) from error
+    if not isinstance(detector, Detector):
+        raise ConfigError(
+            f"detector {name!r} is a {type(detector).__name__} without all of name, modality, frames, reset, "
+            "update and predict; see perception.contract.check_detector."
+        )
+    return detector
+
+
+def _describe_factory(name: str) -> DetectorSpec:
+    detector = _call_factory(name)
+    source = getattr(sys.modules[name.split(":")[0]], "__file__", None)
+    content = Path(source).read_bytes() if source else name.encode()
+    return DetectorSpec(
+        name=detector.name,
+        path=name,
+        modality=detector.modality,
+        threshold=float(getattr(detector, "threshold", 0.5)),
+        fingerprint=hashlib.sha256(content).hexdigest()[:16],
+    )
 
 
 def _describe(folder: Path) -> DetectorSpec:
