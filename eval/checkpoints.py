@@ -11,16 +11,12 @@ from pathlib import Path
 
 from rich.console import Console
 
-from pedcross_env.config import CameraConfig
+from eval.cameras import COMPACT_CAMERA
 from pedcross_env.contracts import MODALITIES, Modality
 from pedcross_env.recorder import GenerateConfig, generate
 from perception.training import TrainConfig, TrainResult, train
 
 __all__ = ["COMPACT_CAMERA", "DATA_SEED", "CheckpointsConfig", "make_checkpoints"]
-
-COMPACT_CAMERA = CameraConfig(width_px=224, height_px=128)
-"""The camera of the shipped networks' data: they see 112x64 pixels of the band around the horizon, so a larger
-picture would only cost time."""
 
 DATA_SEED = 500_000
 """Of the training data: the seeds of the demo's data and episodes begin at 0 and stay far below."""

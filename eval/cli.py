@@ -246,7 +246,9 @@ def _table(console: Console, head: Sequence[str], rows: Sequence[Sequence[str]])
     from rich import box
     from rich.table import Table
 
-    table = Table(*head, box=box.SIMPLE_HEAD)
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for i, name in enumerate(head):
+        table.add_column(name, no_wrap=i == 0)
     for row in rows:
         table.add_row(*row)
     console.print(table)

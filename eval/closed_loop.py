@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from agents import CONTROLS, AebConfig, make_control
+from eval.cameras import COMPACT_CAMERA
 from eval.detectors import DetectorSpec, load_detector, resolve_detectors
 from eval.jobs import EnvFactory, Job, Loader, make_env, play_jobs
 from eval.provenance import provenance
@@ -20,7 +21,7 @@ from pedcross_env import __version__
 from pedcross_env.config import CameraConfig, EgoConfig, EnvConfig, LabelConfig, TrafficConfig, require
 from pedcross_env.errors import unknown_name
 
-__all__ = ["EvaluateConfig", "EvaluateReport", "evaluate"]
+__all__ = ["EvaluateConfig", "EvaluateReport", "check_weathers", "evaluate"]
 
 Progress = Callable[[int, int, str], None]
 
@@ -50,7 +51,8 @@ class EvaluateConfig:
     aeb: AebConfig = field(default_factory=AebConfig)
     """Its threshold is replaced by the detector's."""
     traffic: TrafficConfig = field(default_factory=TrafficConfig)
-    camera: CameraConfig = field(default_factory=CameraConfig)
+    camera: CameraConfig = COMPACT_CAMERA
+    """The one that the detectors were trained with; default: the shipped networks'."""
     ego: EgoConfig = field(default_factory=EgoConfig)
     label: LabelConfig = field(default_factory=LabelConfig)
 
@@ -105,7 +107,7 @@ def evaluate(
         DataError: For a damaged log, or a worker that died.
     """
     if env_factory is make_env:
-        _check_weathers(config.weathers)
+        check_weathers(config.weathers)
     specs = resolve_detectors(config.detectors) if specs is None else list(specs)
     prepare_folder(config.out)
     jobs = list(_jobs(config, specs))
@@ -127,7 +129,8 @@ def evaluate(
     return EvaluateReport(ordered, len(todo), already, len(stored) - already)
 
 
-def _check_weathers(names: Sequence[str]) -> None:
+def check_weathers(names: Sequence[str]) -> None:
+    """Raise ConfigError for a weather that is not known."""
     from pedcross_env.weather import weather_by_name
 
     for name in names:

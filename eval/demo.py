@@ -8,7 +8,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from eval.closed_loop import EvaluateConfig, evaluate
+from eval.cameras import COMPACT_CAMERA
+from eval.closed_loop import EvaluateConfig, check_weathers, evaluate
 from eval.offline import BenchmarkConfig, benchmark
 from eval.progress import bar
 from eval.report import build_report
@@ -53,10 +54,14 @@ def run_demo(config: DemoConfig, console: Console) -> Path:
     from eval.detectors import resolve_detectors
 
     begin_s = time.perf_counter()
-    resolve_detectors(config.detectors)  # a wrong name should not cost minutes
+    # A wrong name should not cost minutes of recording first.
+    check_weathers(config.weathers)
+    resolve_detectors(config.detectors)
     prepare_folder(config.out)
     data = config.out / "data"
-    record = GenerateConfig(out=data, videos=config.videos, seed=config.seed, workers=config.workers)
+    record = GenerateConfig(
+        out=data, videos=config.videos, seed=config.seed, workers=config.workers, camera=COMPACT_CAMERA
+    )
     with bar("recording videos ", console) as progress:
         generate(record, progress)
     with bar("scoring clips    ", console) as progress:
@@ -82,5 +87,6 @@ def capture_for(config: EvaluateConfig) -> None:
     folder = config.out / "samples"
     wanted = [folder / f"{weather}_{kind}.png" for weather in config.weathers for kind in ("rgb", "dvs")]
     if not all(path.exists() for path in wanted):
-        scene = EnvConfig(camera=config.camera, traffic=config.traffic)
+        # The full picture: the one that detectors drive with may be too small for the eye.
+        scene = EnvConfig(traffic=config.traffic)
         capture_samples(folder, config.weathers, scene, seed=config.seed)

@@ -120,6 +120,7 @@ def summarise_trace(trace: Trace) -> dict[str, Any]:
         time_s, _column(trace, "acceleration_mps2"), label, _column(trace, "crossing_in_s")
     )  # fmt: skip
     distance = _column(trace, "distance_m")
+    collided = str(last["outcome"]) == Outcome.COLLISION
     first_label = int(np.argmax(label)) if label.any() else None
     braking = np.array(trace.actions) < 0
     source_ms = 1e3 * np.array(trace.source_s)
@@ -127,8 +128,8 @@ def summarise_trace(trace: Trace) -> dict[str, Any]:
         "scenario": str(first["scenario"]),
         "is_crossing": bool(math.isfinite(float(first["crossing_in_s"])) or label.any()),
         "outcome": str(last["outcome"]),
-        "collision": str(last["outcome"]) == Outcome.COLLISION,
-        "impact_speed_mps": float(last["impact_speed_mps"]),
+        "collision": collided,
+        "impact_speed_mps": float(last["impact_speed_mps"]) if collided else math.nan,
         "initial_speed_mps": float(first["speed_mps"]),
         "final_speed_mps": float(last["speed_mps"]),
         "stopped": bool((speed < STANDSTILL_MPS).any()),
@@ -160,15 +161,14 @@ def false_braking_steps(
         time_s: (N,) ascending.
         acceleration_mps2: (N,) actual acceleration.
         label: (N,) bool.
-        crossing_in_s: (N,) time until somebody steps onto the carriageway; nan: never.
+        crossing_in_s: (N,) time until somebody steps onto the carriageway; inf: never.
 
     Returns:
         (N,) bool.
     """
     last_label_s = np.maximum.accumulate(np.where(label, time_s, -np.inf))
     recent = time_s - last_label_s <= EXCUSE_S + 1e-6
-    with np.errstate(invalid="ignore"):
-        soon = crossing_in_s <= EXCUSE_S
+    soon = crossing_in_s <= EXCUSE_S
     return (acceleration_mps2 <= -FALSE_BRAKING_MPS2) & ~recent & ~soon
 
 

@@ -286,8 +286,23 @@ def _read_images(config: BenchmarkConfig, video: Any, tally: _Tally) -> list[np.
     return images
 
 
+def _was_trained_on(config: BenchmarkConfig, spec: DetectorSpec) -> bool:
+    """Whether the checkpoint's training read the same frames, by their fingerprint."""
+    subsets = (spec.about.get("training") or {}).get("subsets") or ()
+    fingerprint = spec.about.get("fingerprint")
+    if not fingerprint or not all((config.data / f"{s}_{spec.modality}").is_dir() for s in subsets):
+        return False
+    from perception.data.frames import FrameFolder
+    from perception.data.frames import fingerprint as fingerprint_of
+
+    folders = [FrameFolder.open(config.data, subset, spec.modality) for subset in subsets]  # type: ignore[arg-type]
+    return fingerprint_of(folders) == fingerprint
+
+
 def _provenance(config: BenchmarkConfig, specs: Sequence[DetectorSpec]) -> dict[str, Any]:
+    seen = [spec.name for spec in specs if config.split == "all" and _was_trained_on(config, spec)]
     return provenance() | {
+        "trained_on_this_data": seen,
         "settings": json.loads(json.dumps(dataclasses.asdict(config), default=str)),
         "detectors": [dataclasses.asdict(spec) for spec in specs],
     }

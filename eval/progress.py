@@ -14,6 +14,7 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+from rich.table import Column
 
 __all__ = ["bar"]
 
@@ -26,11 +27,16 @@ def bar(title: str, console: Console) -> Iterator[Callable[[int, int, str], None
         A function of (done, total, what was last), as ``generate``, ``benchmark`` and ``evaluate`` call it.
         What was done before the first call counts as done, not as speed.
     """
+    rest = Column(ratio=1, no_wrap=True, overflow="ellipsis")
     columns = (
-        TextColumn("{task.description}"), BarColumn(bar_width=24), MofNCompleteColumn(), TimeElapsedColumn(),
-        TextColumn("left"), TimeRemainingColumn(), TextColumn("[dim]{task.fields[what]}"),
-    )  # fmt: skip
-    progress = Progress(*columns, console=console)
+        TextColumn("{task.description}", table_column=Column(no_wrap=True)),
+        BarColumn(bar_width=16),
+        MofNCompleteColumn(table_column=Column(no_wrap=True)),
+        TimeElapsedColumn(table_column=Column(no_wrap=True)),
+        TimeRemainingColumn(table_column=Column(no_wrap=True)),
+        TextColumn("[dim]{task.fields[what]}", table_column=rest),
+    )
+    progress = Progress(*columns, console=console, expand=True)
     task = progress.add_task(title, total=None, what="")
 
     def report(done: int, total: int, what: str) -> None:

@@ -15,7 +15,7 @@ from pedcross_env.config import EnvConfig
 
 __all__ = ["capture_samples", "paint_events"]
 
-NEAR_M, FAR_M = 9.0, 20.0
+NEAR_M, FAR_M = 8.0, 13.0
 SEARCHED_SEEDS = 60
 HOLD = np.zeros(1, np.float32)
 
@@ -30,7 +30,7 @@ def capture_samples(
 ) -> list[dict[str, Any]]:
     """Write ``<weather>_rgb.png`` and ``<weather>_dvs.png`` and ``samples.json`` to ``folder``.
 
-    The moment is the first at which a labelled pedestrian is 9 to 20 m ahead of a car that holds its speed;
+    The moment is the first at which a labelled pedestrian is 8 to 13 m ahead of a car that holds its speed;
     the seed is the first from ``seed`` on that has one.
 
     Returns:

@@ -116,6 +116,12 @@ def _link_sentences(results: Results) -> list[str]:
 def warnings(results: Results) -> list[str]:
     """Return what a reader must know before quoting a number."""
     found = []
+    seen = (results.benchmark or {}).get("trained_on_this_data", [])
+    if seen:
+        found.append(
+            f"The offline scores of {', '.join(seen)} are no test: most of these videos were used in "
+            "training. Use --split test or other videos."
+        )
     for group in results.groups():
         crossings = results.main(group)[0]["crossings"]
         if crossings < FEW_CROSSINGS:

@@ -25,7 +25,7 @@ class FakeEnv(gymnasium.Env):
     def reset(self, *, seed=None, options=None):
         self.seed, self.weather = seed, options["weather"]
         self.steps, self.position, self.speed, self.acceleration = 0, 0.0, 10.0, 0.0
-        self.outcome, self.impact = "running", math.nan
+        self.outcome, self.impact = "running", -1.0
         return self._observation(), self._info()
 
     def step(self, action):
@@ -61,14 +61,14 @@ class FakeEnv(gymnasium.Env):
 
     def _info(self):
         time_s = self._time()
-        later = math.nan if not self._crosses() or time_s > END_S else max(0.0, START_S - time_s)
+        later = math.inf if not self._crosses() or time_s > END_S else max(0.0, START_S - time_s)
         return {
             "time_s": time_s, "episode_seed": self.seed, "scenario": "fake", "weather": self.weather,
-            "crossing": int(self._label()), "crossing_in_s": later, "visible_fraction": math.nan,
+            "crossing": int(self._label()), "crossing_in_s": later, "visible_fraction": -1.0,
             "conflict": False, "ttc_s": math.inf, "distance_m": CROSSING_M - self.position,
             "speed_mps": self.speed, "acceleration_mps2": self.acceleration, "demand_mps2": 0.0,
             "position_m": self.position, "impact_speed_mps": self.impact, "collided_with": 0,
-            "outcome": self.outcome, "subframes": 0, "flow_px": math.nan,
+            "outcome": self.outcome, "subframes": 0, "flow_px": -1.0,
         }  # fmt: skip
 
 
