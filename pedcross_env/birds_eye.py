@@ -16,7 +16,12 @@ STRIPE_M, DASH_M, SUBPIXEL_BITS = 0.5, 3.0, 4
 
 
 def draw_birds_eye(
-    scenario: Scenario, snapshot: Snapshot, *, px_per_m: float = 8.0, ahead_m: float = 50.0, behind_m: float = 10.0
+    scenario: Scenario,
+    snapshot: Snapshot,
+    *,
+    px_per_m: float = 8.0,
+    ahead_m: float = 50.0,
+    behind_m: float = 10.0,
 ) -> np.ndarray:
     """Draw the street around the ego, which drives upwards.
 

@@ -75,7 +75,9 @@ class CameraConfig:
     def __post_init__(self) -> None:
         require(16 <= self.width_px <= 4096, "width_px", self.width_px, "16 to 4096")
         require(16 <= self.height_px <= 4096, "height_px", self.height_px, "16 to 4096")
-        require(10 <= self.horizontal_fov_deg <= 150, "horizontal_fov_deg", self.horizontal_fov_deg, "10 to 150")
+        require(
+            10 <= self.horizontal_fov_deg <= 150, "horizontal_fov_deg", self.horizontal_fov_deg, "10 to 150"
+        )
         require(0.2 <= self.mount_z_m <= 5, "mount_z_m", self.mount_z_m, "0.2 to 5")
         require(-45 <= self.pitch_deg <= 45, "pitch_deg", self.pitch_deg, "-45 to 45")
 
@@ -166,7 +168,14 @@ class EgoConfig:
     jerk_mps3: float = 30.0
 
     def __post_init__(self) -> None:
-        for name in ("length_m", "width_m", "height_m", "max_acceleration_mps2", "max_deceleration_mps2", "jerk_mps3"):
+        for name in (
+            "length_m",
+            "width_m",
+            "height_m",
+            "max_acceleration_mps2",
+            "max_deceleration_mps2",
+            "jerk_mps3",
+        ):
             require(getattr(self, name) > 0, name, getattr(self, name), "positive")
         require(0 <= self.latency_s <= 2, "latency_s", self.latency_s, "0 to 2")
 
@@ -201,7 +210,12 @@ class TrafficConfig:
         require(0 <= self.crossing_share <= 1, "crossing_share", self.crossing_share, "0 to 1")
         require(1 <= self.duration_s <= 120, "duration_s", self.duration_s, "1 to 120")
         low, high = self.ego_speed_mps
-        require(0 < low <= high <= 40, "ego_speed_mps", self.ego_speed_mps, "(low, high) with 0 < low <= high <= 40")
+        require(
+            0 < low <= high <= 40,
+            "ego_speed_mps",
+            self.ego_speed_mps,
+            "(low, high) with 0 < low <= high <= 40",
+        )
         require(self.max_bystanders >= 0, "max_bystanders", self.max_bystanders, "0 or more")
         require(self.max_oncoming >= 0, "max_oncoming", self.max_oncoming, "0 or more")
         require(0 <= self.parked_share <= 1, "parked_share", self.parked_share, "0 to 1")
@@ -251,7 +265,12 @@ class EnvConfig:
         for modality in self.modalities:
             if modality not in MODALITIES:
                 raise unknown_name("modality", modality, MODALITIES)
-        require(len(set(self.modalities)) == len(self.modalities), "modalities", self.modalities, "without repeats")
+        require(
+            len(set(self.modalities)) == len(self.modalities),
+            "modalities",
+            self.modalities,
+            "without repeats",
+        )
         require(not isinstance(self.weather, str) and len(self.weather) > 0, "weather", self.weather,
                 "a non-empty tuple of preset names, e.g. ('clear',)")  # fmt: skip
         require(not self.return_events or "dvs" in self.modalities, "return_events", self.return_events,

@@ -81,7 +81,7 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         self._presets = [weather_by_name(name) for name in config.weather]
         self._vision: Vision | None = Vision(config) if config.modalities else None
         self._world: World | None = None
-        self.observation_space = _observation_space(config)
+        self.observation_space: spaces.Dict = _observation_space(config)
         self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
 
     @property
@@ -111,13 +111,17 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
                 raise unknown_name("reset option", key, OPTIONS)
         self._episode_seed = int(self.np_random.integers(2**31)) if seed is None else int(seed)
         # One child per stream: what one of them draws never shifts another.
-        weather_stream, rain_stream, sensor_stream = np.random.SeedSequence(self._episode_seed, spawn_key=(7,)).spawn(3)
+        weather_stream, rain_stream, sensor_stream = np.random.SeedSequence(
+            self._episode_seed, spawn_key=(7,)
+        ).spawn(3)
         self.weather = self._choose_weather(options.get("weather"), np.random.default_rng(weather_stream))
         scenario = options.get("scenario")
         if scenario is None:
             scenario = sample_crossing(self._episode_seed, self.config.traffic, self.config.ego)
         elif not isinstance(scenario, Scenario):
-            raise ConfigError(f"reset option 'scenario' is a {type(scenario).__name__}; allowed: a pedcross_env.scenario.Scenario.")
+            raise ConfigError(
+                f"reset option 'scenario' is a {type(scenario).__name__}; allowed: a pedcross_env.scenario.Scenario."
+            )
         self._world = World(
             scenario,
             ego=self.config.ego,
@@ -149,10 +153,12 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         terminated = outcome in (Outcome.COLLISION, Outcome.PASSED)
         return self._observation(), reward, terminated, outcome is Outcome.TIMEOUT, self._info()
 
-    def render(self) -> np.ndarray | None:  # type: ignore[override]
+    def render(self) -> np.ndarray | None:
         """Return the view chosen at construction, (H, W, 3) uint8, or None without a render mode."""
         if self.render_mode is None:
-            gymnasium.logger.warn("render() without a render mode; make the environment with render_mode='rgb_array'.")
+            gymnasium.logger.warn(
+                "render() without a render mode; make the environment with render_mode='rgb_array'."
+            )
             return None
         return self.birds_eye() if self._view == "birds_eye" else self.driver_view()
 

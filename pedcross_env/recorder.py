@@ -32,7 +32,8 @@ from pedcross_env.config import CameraConfig, EnvConfig, TrafficConfig, require
 from pedcross_env.contracts import INFO_KEYS, MODALITIES, Modality
 from pedcross_env.errors import ConfigError, DataError, unknown_name
 from pedcross_env.sensors.events import counts_to_png
-from pedcross_env.weather import BAD_WEATHERS, weather_by_name
+from pedcross_env.warmup import COMPILING, compile_kernels
+from pedcross_env.weather import BAD_WEATHERS
 
 __all__ = ["SUBSETS", "GenerateConfig", "GenerateReport", "generate", "recording_actions"]
 
@@ -42,6 +43,7 @@ SUBSETS: dict[str, tuple[str, ...]] = {"default": ("clear",), "weather": BAD_WEA
 JPEG_QUALITY = 92
 SUFFIX: dict[Modality, str] = {"rgb": "jpg", "dvs": "png"}
 SEEDS_PER_SUBSET = 1_000_000
+NOT_COMPARED = ("out", "workers", "videos")  # a dataset may grow, anywhere, by any number of processes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,7 +70,12 @@ class GenerateConfig:
         require(self.videos < SEEDS_PER_SUBSET, "videos", self.videos, f"below {SEEDS_PER_SUBSET}")
         require(len(self.subsets) > 0, "subsets", self.subsets, f"some of {', '.join(SUBSETS)}")
         require(len(self.modalities) > 0, "modalities", self.modalities, f"some of {', '.join(MODALITIES)}")
-        require(not self.events or "dvs" in self.modalities, "events", self.events, "False unless 'dvs' is recorded")
+        require(
+            not self.events or "dvs" in self.modalities,
+            "events",
+            self.events,
+            "False unless 'dvs' is recorded",
+        )
         require(self.workers >= 0, "workers", self.workers, "0 or more")
         require(self.seed >= 0, "seed", self.seed, "0 or more")
         for subset in self.subsets:
@@ -118,7 +125,9 @@ def generate(
     _prepare_root(config)
     videos = list(_videos(config))
     todo = [video for video in videos if not _is_complete(video)]
-    progress(len(videos) - len(todo), len(videos), "")
+    progress(len(videos) - len(todo), len(videos), COMPILING if todo else "")
+    if todo:
+        compile_kernels()
     # Spawned workers see the same bytes as this process would: nothing is inherited but the arguments.
     context = multiprocessing.get_context("spawn")
     workers = min(config.workers or os.cpu_count() or 1, max(1, len(todo)))
@@ -160,7 +169,9 @@ def _prepare_root(config: GenerateConfig) -> None:
     settings = {
         "format": 1,
         "version": __version__,
-        "settings": _plain({k: v for k, v in dataclasses.asdict(config).items() if k not in ("out", "workers", "videos")}),
+        "settings": _plain(
+            {k: v for k, v in dataclasses.asdict(config).items() if k not in ("out", "workers", "videos")}
+        ),
     }
     path = config.out / "dataset.json"
     try:
@@ -175,7 +186,9 @@ def _prepare_root(config: GenerateConfig) -> None:
         else:
             _replace(path, lambda temporary: Path(temporary).write_text(json.dumps(settings, indent=1)))
     except OSError as error:
-        raise ConfigError(f"out = {config.out} cannot be written ({error.strerror}); choose a writable folder.") from error
+        raise ConfigError(
+            f"out = {config.out} cannot be written ({error.strerror}); choose a writable folder."
+        ) from error
     except json.JSONDecodeError as error:
         raise DataError(f"{path} is damaged ({error}); delete it to have it written again.") from error
 
@@ -199,7 +212,11 @@ def _videos(config: GenerateConfig) -> Iterator[_Video]:
         for index in range(config.videos):
             weather = weathers[index % len(weathers)]
             yield _Video(
-                root=config.out, subset=subset, name=f"video_{index:04d}", seed=first + index, weather=weather_by_name(weather).name
+                root=config.out,
+                subset=subset,
+                name=f"video_{index:04d}",
+                seed=first + index,
+                weather=weather,
             )
 
 
@@ -211,7 +228,9 @@ def _is_complete(video: _Video) -> bool:
     except (pa.ArrowInvalid, OSError):
         return False
     names = [column for column in (*MODALITIES, "events") if column in table.column_names]
-    return all((video.root / path).is_file() for name in names for path in set(table.column(name).to_pylist()))
+    return all(
+        (video.root / path).is_file() for name in names for path in set(table.column(name).to_pylist())
+    )
 
 
 def _record(config: GenerateConfig, video: _Video) -> None:
@@ -250,15 +269,28 @@ def _record(config: GenerateConfig, video: _Video) -> None:
 
 
 def _write_frame(
-    config: GenerateConfig, video: _Video, frame: int, observation: dict[str, np.ndarray], info: dict[str, Any]
+    config: GenerateConfig,
+    video: _Video,
+    frame: int,
+    observation: dict[str, np.ndarray],
+    info: dict[str, Any],
 ) -> dict[str, Any]:
-    row: dict[str, Any] = {"subset": video.subset, "video": video.name, "frame": frame, "version": __version__}
+    row: dict[str, Any] = {
+        "subset": video.subset,
+        "video": video.name,
+        "frame": frame,
+        "version": __version__,
+    }
     row |= {key: info[key] for key in INFO_KEYS}
     for modality in config.modalities:
         path = video.folder(modality) / f"{frame}-{info['crossing']}.{SUFFIX[modality]}"
         if not path.is_file():
             image = observation["rgb"] if modality == "rgb" else counts_to_png(observation["dvs"])
-            options = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY] if modality == "rgb" else [cv2.IMWRITE_PNG_COMPRESSION, 3]
+            options = (
+                [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
+                if modality == "rgb"
+                else [cv2.IMWRITE_PNG_COMPRESSION, 3]
+            )
             ok, data = cv2.imencode(path.suffix, np.ascontiguousarray(image[..., ::-1]), options)
             if not ok:
                 raise DataError(f"{path}: the image could not be encoded.")

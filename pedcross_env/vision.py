@@ -147,4 +147,6 @@ class Vision:
         return dvs.log_luminance(frame.luminance, self._config.dvs.log_floor_cd_m2)
 
     def _rain(self, frame: Frame, pose: CameraPose, time_s: float, exposure_s: float) -> None:
-        self._precipitation.draw(frame, pose, time_s, exposure_s, self._world.ego.speed_mps, depth=self._depth)
+        self._precipitation.draw(
+            frame, pose, time_s, exposure_s, self._world.ego.speed_mps, depth=self._depth
+        )

@@ -25,7 +25,9 @@ class Leg:
     wait_s: float = 0.0  # before setting off
 
     def __post_init__(self) -> None:
-        require(0 < self.speed_mps <= 10, "Leg.speed_mps", self.speed_mps, "above 0, at most 10 (stand: no legs)")
+        require(
+            0 < self.speed_mps <= 10, "Leg.speed_mps", self.speed_mps, "above 0, at most 10 (stand: no legs)"
+        )
         require(self.wait_s >= 0, "Leg.wait_s", self.wait_s, "0 or more")
 
 
@@ -64,8 +66,15 @@ class VehicleSpec:
         if self.model not in VEHICLE_MODELS:
             raise unknown_name("vehicle model", self.model, VEHICLE_MODELS)
         require(0 <= self.speed_mps <= 40, "VehicleSpec.speed_mps", self.speed_mps, "0 to 40")
-        require(not self.parked or self.speed_mps == 0, "VehicleSpec.speed_mps", self.speed_mps, "0 if parked")
-        require(math.isfinite(self.x_m) and math.isfinite(self.y_m), "VehicleSpec position", (self.x_m, self.y_m), "finite")
+        require(
+            not self.parked or self.speed_mps == 0, "VehicleSpec.speed_mps", self.speed_mps, "0 if parked"
+        )
+        require(
+            math.isfinite(self.x_m) and math.isfinite(self.y_m),
+            "VehicleSpec position",
+            (self.x_m, self.y_m),
+            "finite",
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,7 +93,12 @@ class Scenario:
     def __post_init__(self) -> None:
         require(0 <= self.ego_speed_mps <= 40, "Scenario.ego_speed_mps", self.ego_speed_mps, "0 to 40")
         require(self.duration_s > 0, "Scenario.duration_s", self.duration_s, "positive")
-        require(self.finish_x_m > self.ego_x_m, "Scenario.finish_x_m", self.finish_x_m, f"beyond ego_x_m ({self.ego_x_m})")
+        require(
+            self.finish_x_m > self.ego_x_m,
+            "Scenario.finish_x_m",
+            self.finish_x_m,
+            f"beyond ego_x_m ({self.ego_x_m})",
+        )
         for pedestrian in self.pedestrians:
             require(abs(pedestrian.y_m) <= self.street.facade_y_m, "PedestrianSpec.y_m", pedestrian.y_m,
                     f"within the facades (+-{self.street.facade_y_m} m)")  # fmt: skip

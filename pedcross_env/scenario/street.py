@@ -39,14 +39,21 @@ class StreetSpec:
     seed: int = 0  # of all that is only looks: facades, trees, surfaces
 
     def __post_init__(self) -> None:
-        require(self.end_x_m - self.start_x_m >= 50, "StreetSpec length", self.end_x_m - self.start_x_m, "50 m or more")
+        require(
+            self.end_x_m - self.start_x_m >= 50,
+            "StreetSpec length",
+            self.end_x_m - self.start_x_m,
+            "50 m or more",
+        )
         require(2.5 <= self.lane_width_m <= 5, "lane_width_m", self.lane_width_m, "2.5 to 5")
         require(1 <= self.lanes_per_direction <= 3, "lanes_per_direction", self.lanes_per_direction, "1 to 3")
         require(0 <= self.parking_width_m <= 4, "parking_width_m", self.parking_width_m, "0 to 4")
         require(1 <= self.sidewalk_width_m <= 10, "sidewalk_width_m", self.sidewalk_width_m, "1 to 10")
         require(0 <= self.kerb_height_m <= 0.3, "kerb_height_m", self.kerb_height_m, "0 to 0.3")
         for crosswalk in self.crosswalks:
-            require(self.start_x_m < crosswalk.x_m < self.end_x_m, "Crosswalk.x_m", crosswalk.x_m, "on the street")
+            require(
+                self.start_x_m < crosswalk.x_m < self.end_x_m, "Crosswalk.x_m", crosswalk.x_m, "on the street"
+            )
 
     @property
     def kerb_y_m(self) -> float:

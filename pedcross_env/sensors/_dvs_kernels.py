@@ -176,7 +176,7 @@ def advance(
 
 
 @njit(cache=True, error_model="numpy")
-def add_background(pixels, rate_hz, interval_ns, key, counts, keys, bits, found):  # type: ignore[no-untyped-def]
+def add_background(pixels, rate_hz, interval_ns, key, counts, keys, bits, found):
     """Add a Poisson process of spurious events over all pixels; return the new number of events."""
     if rate_hz <= 0:
         return found
@@ -199,7 +199,7 @@ def add_background(pixels, rate_hz, interval_ns, key, counts, keys, bits, found)
 
 
 @njit(cache=True, error_model="numpy")
-def unpack(keys, bits, width, t0_ns, events):  # type: ignore[no-untyped-def]
+def unpack(keys, bits, width, t0_ns, events):
     """Write sort keys out as event records."""
     mask = (np.uint64(1) << np.uint64(bits)) - np.uint64(1)
     for k in range(keys.size):

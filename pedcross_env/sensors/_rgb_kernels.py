@@ -37,7 +37,7 @@ def _scramble(counter: np.uint32, first: np.uint32, second: np.uint32) -> np.uin
 
 
 @njit(cache=True, error_model="numpy")
-def _noisy_row(row, scale, well_e, read_variance, start, first, second, digits):  # type: ignore[no-untyped-def]
+def _noisy_row(row, scale, well_e, read_variance, start, first, second, digits):
     top = np.float32(ADC_MAX)
     to_digits = np.float32(top / well_e)
     for x in range(row.size):
@@ -55,7 +55,7 @@ def _noisy_row(row, scale, well_e, read_variance, start, first, second, digits):
 
 
 @njit(cache=True, error_model="numpy")
-def _clean_row(row, scale, well_e, digits):  # type: ignore[no-untyped-def]
+def _clean_row(row, scale, well_e, digits):
     top = np.float32(ADC_MAX)
     to_digits = np.float32(scale * top / well_e)
     for x in range(row.size):
@@ -63,7 +63,7 @@ def _clean_row(row, scale, well_e, digits):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def develop(radiance, scale, well_e, read_variance, noise, first, second, table, image):  # type: ignore[no-untyped-def]
+def develop(radiance, scale, well_e, read_variance, noise, first, second, table, image):
     """Turn (3, H, W) radiance into an (H, W, 3) picture: electrons, noise, 12 bits, code table."""
     channels, height, width = radiance.shape
     digits = np.empty(width, np.int32)

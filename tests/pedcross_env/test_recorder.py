@@ -61,7 +61,9 @@ def test_png_holds_the_counts_of_the_raw_events(dataset):
 
 def test_a_rerun_records_nothing_and_completes_what_is_missing_bit_for_bit(dataset):
     before = digests(dataset)
-    kept = dataset / "default_rgb" / "video_0001" / next((dataset / "default_rgb" / "video_0001").iterdir()).name
+    kept = (
+        dataset / "default_rgb" / "video_0001" / next((dataset / "default_rgb" / "video_0001").iterdir()).name
+    )
     stamp = kept.stat().st_mtime_ns
     assert generate(config(dataset, events=True)).recorded == 0
     lost = [p for p in sorted((dataset / "default_rgb" / "video_0001").iterdir()) if p != kept][:3]
