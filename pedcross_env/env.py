@@ -81,7 +81,7 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         self._presets = [weather_by_name(name) for name in config.weather]
         self._vision: Vision | None = Vision(config) if config.modalities else None
         self._world: World | None = None
-        self.observation_space: spaces.Dict = _observation_space(config)
+        self.observation_space = _observation_space(config)
         self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
 
     @property
@@ -240,7 +240,7 @@ def _seed_of(stream: np.random.SeedSequence) -> int:
     return int(stream.generate_state(1, np.uint32)[0])
 
 
-def _observation_space(config: EnvConfig) -> spaces.Dict:
+def _observation_space(config: EnvConfig) -> Any:
     height, width = config.camera.height_px, config.camera.width_px
     low = np.array([0.0, -30.0, 0.0], np.float32)
     high = np.array([60.0, 30.0, 1.0], np.float32)

@@ -169,9 +169,7 @@ def _prepare_root(config: GenerateConfig) -> None:
     settings = {
         "format": 1,
         "version": __version__,
-        "settings": _plain(
-            {k: v for k, v in dataclasses.asdict(config).items() if k not in ("out", "workers", "videos")}
-        ),
+        "settings": _plain({k: v for k, v in dataclasses.asdict(config).items() if k not in NOT_COMPARED}),
     }
     path = config.out / "dataset.json"
     try:
@@ -285,12 +283,10 @@ def _write_frame(
     for modality in config.modalities:
         path = video.folder(modality) / f"{frame}-{info['crossing']}.{SUFFIX[modality]}"
         if not path.is_file():
-            image = observation["rgb"] if modality == "rgb" else counts_to_png(observation["dvs"])
-            options = (
-                [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
-                if modality == "rgb"
-                else [cv2.IMWRITE_PNG_COMPRESSION, 3]
-            )
+            if modality == "rgb":
+                image, options = observation["rgb"], [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
+            else:
+                image, options = counts_to_png(observation["dvs"]), [cv2.IMWRITE_PNG_COMPRESSION, 3]
             ok, data = cv2.imencode(path.suffix, np.ascontiguousarray(image[..., ::-1]), options)
             if not ok:
                 raise DataError(f"{path}: the image could not be encoded.")
