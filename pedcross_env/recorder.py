@@ -246,6 +246,8 @@ def _record(config: GenerateConfig, video: _Video) -> None:
     env = CrossingEnv(env_config)
     for modality in config.modalities:
         video.folder(modality).mkdir(parents=True, exist_ok=True)
+        for leftover in video.folder(modality).glob(".*"):  # of a process killed while it wrote
+            leftover.unlink()
     observation, info = env.reset(seed=video.seed)
     steps = int(config.traffic.duration_s * env_config.world.policy_hz) + 1
     actions = recording_actions(video.seed, steps, env_config.world.policy_hz)

@@ -70,8 +70,11 @@ def test_a_rerun_records_nothing_and_completes_what_is_missing_bit_for_bit(datas
     for path in lost:
         path.unlink()
     (dataset / "manifest" / "weather-video_0000.parquet").unlink()
+    leftover = dataset / "weather_rgb" / "video_0000" / ".99-3-0.jpg"
+    leftover.write_bytes(b"half an im")
     report = generate(config(dataset, events=True))
     assert (report.recorded, report.already_there) == (2, 2)
+    assert not leftover.exists()
     assert digests(dataset) == before
     assert kept.stat().st_mtime_ns == stamp
 
