@@ -12,7 +12,7 @@ import numpy as np
 from pedcross_env.camera.kernels.jit import kernel
 
 from pedcross_env.camera.kernels.polygons import NEAR_M, grow
-from pedcross_env.camera.kernels.rows import F0, F1, HALF
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, nearness
 
 __all__ = ["draw_capsule"]
 
@@ -40,11 +40,13 @@ def _span(u0, v0, q0, u1, v1, q1, row, a, b):
 def _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse):
     """Shade and unite one row; see ``draw_capsule`` and ``rows.merge_row``.
 
-    seg: u0, v0, du, dv, 1 / length^2, r0, dr (pixels), 1/z0, its slope, radius in metres.
+    seg: u0, v0, du, dv, 1 / length^2, r0, dr (pixels), 1/z0, its slope, radius in metres, 1 if layered.
     """
     u0, du, dv, inv, r0, dr = seg[0], seg[2], seg[3], seg[4], seg[5], seg[6]
     dy = np.float32(row) + HALF - seg[1]
     channels = planes.shape[0]
+    thickness = np.float32(0.25) * seg[9] + np.float32(0.002)
+    layered = seg[10] > F0
     for i in range(f0, f1):
         dx = np.float32(i) + HALF - u0
         t = max(F0, min(F1, (dx * du + dy * dv) * inv))
@@ -63,15 +65,15 @@ def _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse):
         cos_head = max(F0, head[0] * nx + head[1] * ny + head[2] * nz)
         old = alpha[row, i]
         total = min(F1, a + old)
-        if depth_inverse >= inverse[row, i]:
-            front, back = a, min(F1, (F1 - a) / max(old, np.float32(1e-6)))
-        else:
-            front, back = total - old, F1
+        near = F0 if layered else nearness(depth_inverse, inverse[row, i], thickness)
+        front = near * a + (F1 - near) * (total - old)
+        back = near * min(F1, (F1 - a) / max(old, np.float32(1e-6))) + (F1 - near)
+        inverse[row, i] = (inverse[row, i] * old * back + depth_inverse * front) / max(
+            total, np.float32(1e-6)
+        )
         alpha[row, i] = total
-        if a > np.float32(0.004):
-            inverse[row, i] = max(inverse[row, i], depth_inverse)
         for c in range(channels):
-            field = max(F0, light[c, 0] + light[c, 1] * nx + light[c, 2] * ny + light[c, 3] * nz)
+            field = light[c, 0] + light[c, 1] * nx + light[c, 2] * ny + light[c, 3] * nz
             value = field + light[c, 4] * cos_sun + light[c, 5] + (heads[c, 0] + heads[c, 1] * t) * cos_head
             planes[c, row, i] = planes[c, row, i] * back + value * front
 
@@ -92,7 +94,7 @@ def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch,
         optics: (focal, cx, cy).
         size: (height, width).
         scratch: (planes, alpha, inverse depth).
-        seg: (10,) float32 work space.
+        seg: (11,) float32 work space; the last is 1 where primitives are drawn strictly front to back.
         box: Bounding box to extend.
     """
     focal, cx, cy = optics

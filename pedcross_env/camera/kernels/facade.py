@@ -30,6 +30,7 @@ __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 # 25 where the cornice starts; a bay of 0: a plain wall
 PANEL_SIZE = 26
 CHUNK = 1500  # pixels worked on at a time: fits the first-level caches
+LIT_SHARE = np.float32(0.22)  # of windows at night
 INV_PI = np.float32(1 / math.pi)
 
 
@@ -88,15 +89,20 @@ def _levels(
 
 
 @kernel
-def _lit(s, t, ws, wt, bay, storey, low_bay, floor, t_phase, seed, share, out, low_out):
-    """Share of windows that are lit, by a hash per window that fades to its mean where windows are below a pixel."""
+def _lit(s, t, ws, wt, bay, storey, low_bay, floor, gaps, seed, share, out, low_out):
+    """Share of windows that are lit, by a hash per window.
+
+    It fades to its mean before a pixel could see two windows: ``gaps`` are the walls between them (metres: along, up, and along
+    the ground floor).
+    """
+    gap_s, gap_t, low_gap = gaps
     for i in range(out.shape[0]):
         column = int(math.floor(s[i] / bay))
         level = int(math.floor((t[i] - floor) / storey))
-        fade = min(F1, max(F0, np.float32(2.0) * (max(ws[i] / bay, wt[i] / storey) - np.float32(0.3))))
+        fade = min(F1, max(F0, np.float32(2.0) * max(ws[i] / gap_s, wt[i] / gap_t) - F1))
         own = F1 if hash01(column + seed * 131, level + seed) < share else F0
         out[i] = own + (share - own) * fade
-        fade = min(F1, max(F0, np.float32(2.0) * (ws[i] / low_bay - np.float32(0.3))))
+        fade = min(F1, max(F0, np.float32(2.0) * ws[i] / low_gap - F1))
         own = F1 if hash01(int(math.floor(s[i] / low_bay)) + seed * 17, seed) < share else F0
         low_out[i] = own + (share - own) * fade
 
@@ -276,8 +282,12 @@ def draw_panel(
                 buf[14, :n], buf[15, :n], buf[18, :n], buf[19, :n], buf[20, :n], buf[11, :n],
             )  # fmt: skip
             if env[ENV_WINDOW] > 0:
+                gaps = (
+                    bay * (F1 - duty_s), np.float32(2.0) * storey * min(phase_t, F1 - phase_t - duty_t),
+                    low_bay * np.float32(1 - panel[21]),
+                )  # fmt: skip
                 _lit(
-                    buf[7, :n], buf[8, :n], buf[9, :n], buf[10, :n], bay, storey, low_bay, floor, phase_t, seed, np.float32(0.22),
+                    buf[7, :n], buf[8, :n], buf[9, :n], buf[10, :n], bay, storey, low_bay, floor, gaps, seed, LIT_SHARE,
                     buf[3, :n], buf[23, :n],
                 )  # fmt: skip
             _panes(

@@ -13,6 +13,7 @@ from pedcross_env.camera.kernels.jit import kernel
 
 __all__ = ["finish_frame", "mirror_in_road"]
 
+FILM = 0.6  # share of a soaked road's surface that is smooth water
 F0, F1 = np.float32(0), np.float32(1)
 
 
@@ -127,7 +128,7 @@ def mirror_in_road(
             cosine = slope / np.sqrt(1.0 + slope * slope)
             fresnel = 0.02 + 0.98 * (1.0 - cosine) ** 5
             through = np.exp(-beta * height_m / max(slope, 1e-4))
-            gain = np.float32(0.85 * wetness * fresnel * through)
+            gain = np.float32(FILM * wetness * fresnel * through)
             for i in range(width):
                 if ids[row, i] == -1:
                     weight = min(F1, share[row, i])

@@ -179,9 +179,10 @@ def _shadows(polygons, polygon_info, capsules, row_x0, row_x1, xs, x0, dx, y0, d
         info = polygon_info[k]
         if info[1] < low or info[0] > high:
             continue
-        a, b = (info[2] - y0) * inv, (info[3] - y0) * inv
-        i0 = max(0, int(math.floor(min(a, b))) - 1)
-        i1 = min(xs.shape[0], int(math.ceil(max(a, b))) + 1)
+        spread = foot_x + foot_y  # slanted edges blur sideways over a pixel's depth
+        a, b = (info[2] - spread - y0) * inv, (info[3] + spread - y0) * inv
+        i0 = max(0, int(math.floor(max(min(a, b), np.float32(-2.0)))) - 1)
+        i1 = min(xs.shape[0], int(math.ceil(min(max(a, b), np.float32(xs.shape[0] + 2)))) + 1)
         if i1 > i0:
             target = sun if info[7] == 0 else sky
             _polygon_shadow(

@@ -1,8 +1,7 @@
 """Irradiance at a point and the radiance of a surface there, in camera coordinates.
 
 Sun and the ego's beam keep their clamped cosine; sky, street lamps and others' beams enter as a constant and a
-gradient over the normal (the first two spherical-harmonic orders of the clamped cosine: 1/4 + n.d/2), which varies smoothly when
-things move. ``env`` is the vector of ENV_* offsets.
+gradient over the normal, WRAP (1 + n.d): never negative, so that it stays linear, and smooth when things move. ``env`` is the vector of ENV_* offsets.
 """
 
 from __future__ import annotations
@@ -23,6 +22,7 @@ ENV_SUN_DIRECTION, ENV_UP, ENV_SUN, ENV_SKY, ENV_BOUNCE = 0, 3, 6, 9, 12
 ENV_AIR, ENV_ZENITH, ENV_LAMP, ENV_WINDOW, ENV_BETA, ENV_BEAM = 15, 18, 21, 24, 27, 28
 ENV_BEAM_TINT, ENV_BEAM_POSITION, ENV_BEAM_AXES, ENV_WET, ENV_SIZE = 29, 32, 35, 44, 45
 
+WRAP = 0.45
 H0, H1, V0, V1 = -0.9, 0.9, -0.35, 0.25  # of the beam table: light.BEAM_TAN_H, BEAM_TAN_V
 
 
@@ -89,10 +89,10 @@ def light_field(point, env, lamps, beams, table, field):
         e = lamp_candela(down) / squared
         for c in range(3):
             tint = e * env[ENV_LAMP + c]
-            field[c, 0] += 0.25 * tint
-            field[c, 1] += 0.5 * tint * dx / r
-            field[c, 2] += 0.5 * tint * dy / r
-            field[c, 3] += 0.5 * tint * dz / r
+            field[c, 0] += WRAP * tint
+            field[c, 1] += WRAP * tint * dx / r
+            field[c, 2] += WRAP * tint * dy / r
+            field[c, 3] += WRAP * tint * dz / r
     for i in range(beams.shape[0]):
         e = beams[i, 12] * _beam_at(table, beams[i], point[0], point[1], point[2])
         if e <= 0.0:
@@ -101,10 +101,10 @@ def light_field(point, env, lamps, beams, table, field):
         r = math.sqrt(max(dx * dx + dy * dy + dz * dz, 0.25))
         for c in range(3):
             tint = e * env[ENV_BEAM_TINT + c]
-            field[c, 0] += 0.25 * tint
-            field[c, 1] += 0.5 * tint * dx / r
-            field[c, 2] += 0.5 * tint * dy / r
-            field[c, 3] += 0.5 * tint * dz / r
+            field[c, 0] += WRAP * tint
+            field[c, 1] += WRAP * tint * dx / r
+            field[c, 2] += WRAP * tint * dy / r
+            field[c, 3] += WRAP * tint * dz / r
 
 
 @kernel
@@ -130,7 +130,7 @@ def face_radiance(point, normal, albedo, gloss, env, field, head, out):
     fresnel = gloss * (0.05 + 0.95 * (1.0 - towards) ** 5)
     for c in range(3):
         e = field[c, 0] + field[c, 1] * normal[0] + field[c, 2] * normal[1] + field[c, 3] * normal[2]
-        e = max(0.0, e) + env[ENV_SUN + c] * sun + env[ENV_BEAM_TINT + c] * head * towards
+        e += env[ENV_SUN + c] * sun + env[ENV_BEAM_TINT + c] * head * towards
         below = env[ENV_BOUNCE + c] / math.pi
         mirrored = below + (sky_radiance(sine, env, c) - below) * upward
         out[c] = albedo[c] * e / math.pi + fresnel * mirrored

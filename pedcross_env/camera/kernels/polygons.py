@@ -23,6 +23,7 @@ __all__ = [
 NEAR_M = 0.1
 MAX_CORNERS = 24  # of a clipped face
 MAX_FACES = 40
+TRACE = np.float32(1e-3)
 
 
 @kernel
@@ -189,7 +190,6 @@ def _row_of_faces(
     for c in range(colours.shape[1]):
         _divide(buf[4 + c, :width], buf[1, :width])
     _divide(buf[2, :width], buf[1, :width])
-    _gate(buf[1, :width], buf[0, :width])
 
 
 @kernel
@@ -205,9 +205,30 @@ def _divide(plane, weight):
 
 
 @kernel
-def _gate(weight, alpha):
-    for i in range(alpha.shape[0]):
-        alpha[i] = alpha[i] * min(F1, weight[i] * np.float32(1e3))
+def _largest(shapes, sizes, painted, count):
+    """Index of the largest projected face that bounds the hull."""
+    best, largest = 0, -1.0
+    for k in range(count):
+        if painted[k]:
+            continue
+        area = 0.0
+        for i in range(sizes[k]):
+            j = (i + 1) % sizes[k]
+            area += shapes[k, i, 0] * shapes[k, j, 1] - shapes[k, j, 0] * shapes[k, i, 1]
+        if abs(area) > largest:
+            best, largest = k, abs(area)
+    return best
+
+
+@kernel
+def _start_row(xs, inverse0, inverse_slope, shade, buf):
+    """Start a row's sums with a trace of the largest face, which is what the hull shows where no face has coverage."""
+    for i in range(xs.shape[0]):
+        buf[1, i] = TRACE
+        buf[2, i] = TRACE * max(F0, inverse0 + inverse_slope * xs[i])
+    for c in range(shade.shape[0]):
+        for i in range(xs.shape[0]):
+            buf[4 + c, i] = TRACE * shade[c]
 
 
 @njit(cache=True)
@@ -300,6 +321,7 @@ def draw_polyhedron(
         n += 1
     if total < 3 or bottom <= top:
         return
+    main = _largest(shapes, sizes, painted, n)
     ring_count = hull_2d(outline, total, order, ring)
     if ring_count < 3:
         return
@@ -309,8 +331,13 @@ def draw_polyhedron(
         if b <= a:
             continue
         y = np.float32(row + 0.5)
-        for k in range(1, 4 + colours.shape[1]):
-            buf[k, : b - a] = F0
+        _start_row(
+            xs[a:b],
+            np.float32(slopes[main, 1] * y + slopes[main, 2]),
+            np.float32(slopes[main, 0]),
+            shades[main],
+            buf[:, : b - a],
+        )
         _row_of_faces(
             n, edges, counts, shapes, sizes, slopes, shades, y, row, a, b, xs, ring_edges, ring_edge_count, buf, painted,
         )  # fmt: skip

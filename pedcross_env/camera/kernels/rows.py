@@ -18,6 +18,7 @@ __all__ = [
     "hash01",
     "lerp_row",
     "merge_row",
+    "nearness",
 ]
 
 F0, F1, HALF = np.float32(0), np.float32(1), np.float32(0.5)
@@ -123,16 +124,26 @@ def lerp_row(coverage, value, plane):
         plane[i] += coverage[i] * (value - plane[i])
 
 
+@inlined
+def nearness(inverse_new, inverse_old, thickness):
+    """Return 1 where the new surface is nearer, 0 where farther, a ramp where both are within ``thickness`` metres.
+
+    A hard comparison would let pixels flicker where primitives of one object pass through each other.
+    """
+    step = (inverse_new - inverse_old) / (inverse_new * inverse_new * thickness)
+    return max(F0, min(F1, HALF + step))
+
+
 @kernel
 def _merge_weights(alpha_new, inverse_new, alpha, inverse, front, back):
     for i in range(alpha.shape[0]):
-        near = inverse_new[i] >= inverse[i]
         a, old = alpha_new[i], alpha[i]
+        near = nearness(inverse_new[i] + FAR, inverse[i], np.float32(0.02))
         total = min(F1, a + old)
-        front[i] = a if near else total - old
-        back[i] = min(F1, (F1 - a) / max(old, np.float32(1e-6))) if near else F1
+        front[i] = near * a + (F1 - near) * (total - old)
+        back[i] = near * min(F1, (F1 - a) / max(old, np.float32(1e-6))) + (F1 - near)
+        inverse[i] = (inverse[i] * old * back[i] + inverse_new[i] * front[i]) / max(total, np.float32(1e-6))
         alpha[i] = total
-        inverse[i] = max(inverse[i], inverse_new[i] if a > np.float32(0.004) else F0)
 
 
 @kernel
@@ -151,7 +162,7 @@ def merge_row(colours, alpha_new, inverse_new, planes, alpha, inverse, work):
         inverse_new: (n,) its inverse depth.
         planes: (C, n) the object's premultiplied radiance.
         alpha: (n,) the object's coverage.
-        inverse: (n,) the object's nearest inverse depth, 0 where it is not.
+        inverse: (n,) the object's inverse depth (mean of what is visible), 0 where it is not.
         work: (2, n).
     """
     _merge_weights(alpha_new, inverse_new, alpha, inverse, work[0], work[1])
@@ -170,6 +181,7 @@ def _clear_air_weights(alpha_new, inverse_new, alpha, nearest, front, back, owne
         front[i] = F1 if near else free
         back[i] = keep
         alpha[i] = old * keep + share
+        nearest[i] = (nearest[i] * old * keep + inverse_new[i] * share) / max(alpha[i], np.float32(1e-6))
         owner[i] = share
 
 
@@ -194,6 +206,7 @@ def _composite_weights(alpha_new, inverse_new, beta, alpha, nearest, front, back
         haze[i] = share * (F1 - passed)
         back[i] = keep
         alpha[i] = old * keep + share
+        nearest[i] = (nearest[i] * old * keep + inverse_new[i] * share) / max(alpha[i], np.float32(1e-6))
         owner[i] = share
 
 
@@ -205,14 +218,13 @@ def _composite_plane(colour, front, back, haze, air, plane):
 
 
 @kernel
-def _composite_owner(alpha_new, inverse_new, share, back, ident, nearest, weight, depth_inverse, ids):
+def _composite_owner(inverse_new, share, back, ident, weight, depth_inverse, ids):
     for i in range(share.shape[0]):
         kept = weight[i] * back[i]
         takes = share[i] > kept
         weight[i] = share[i] if takes else kept
         depth_inverse[i] = inverse_new[i] if takes else depth_inverse[i]
         ids[i] = ident if takes else ids[i]
-        nearest[i] = max(nearest[i], inverse_new[i] if alpha_new[i] > np.float32(0.004) else F0)
 
 
 @kernel
@@ -237,7 +249,7 @@ def composite_row(
         ident: Instance id.
         out: (C, n) premultiplied radiance of the frame.
         alpha: (n,) coverage of the frame.
-        nearest: (n,) nearest inverse depth seen so far.
+        nearest: (n,) inverse depth (mean of what is visible) so far.
         weight: (n,) visible share of the pixel's owner.
         depth_inverse: (n,) inverse depth of the owner.
         ids: (n,) id of the owner.
@@ -251,5 +263,5 @@ def composite_row(
         _clear_air_weights(alpha_new, inverse_new, alpha, nearest, work[0], work[1], work[3])
         for c in range(out.shape[0]):
             _clear_air_plane(planes[c], work[0], work[1], out[c])
-    _composite_owner(alpha_new, inverse_new, work[3], work[1], ident, nearest, weight, depth_inverse, ids)
+    _composite_owner(inverse_new, work[3], work[1], ident, weight, depth_inverse, ids)
     _clear(alpha_new, inverse_new)

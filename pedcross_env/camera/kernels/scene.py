@@ -20,6 +20,7 @@ from pedcross_env.camera.kernels.rows import composite_row
 
 __all__ = ["draw_scene"]
 
+MAX_PRIMITIVES = 64  # of one body or tree
 VEGETATION = -3  # contracts.StaticClass
 LUMA_R, LUMA_G, LUMA_B = 0.2126, 0.7152, 0.0722
 
@@ -67,8 +68,22 @@ def _capsule_work(channels):
     """Allocate what ``_capsule_lit`` works in."""
     return (
         np.empty(3), np.empty((3, 4)), np.empty((channels, 6), np.float32), np.empty((channels, 2), np.float32),
-        np.empty(3, np.float32), np.empty(3, np.float32), np.empty(10, np.float32),
+        np.empty(3, np.float32), np.empty(3, np.float32), np.zeros(11, np.float32),
     )  # fmt: skip
+
+
+@kernel
+def _sort(keys, order, count):
+    """Order by key, ascending (insertion sort: short and nearly sorted lists)."""
+    for i in range(count):
+        order[i] = i
+    for i in range(1, count):
+        k = order[i]
+        j = i - 1
+        while j >= 0 and keys[order[j]] > keys[k]:
+            order[j + 1] = order[j]
+            j -= 1
+        order[j + 1] = k
 
 
 @kernel
@@ -90,7 +105,7 @@ def _draw_pedestrian(
     bones,
     box,
 ):
-    joints, world = bones
+    joints, world, keys, order = bones
     height = actor[8]
     pose_body(actor[9], actor[10], actor[11], height, build, joints)
     c, s = math.cos(actor[3]), math.sin(actor[3])
@@ -100,6 +115,10 @@ def _draw_pedestrian(
             rotation, camera, actor[0] + c * jx - s * jy, actor[1] + s * jx + c * jy, actor[2] + jz, world[k]
         )
     for k in range(body.shape[0]):
+        keys[k] = world[int(body[k, 0]), 2] + world[int(body[k, 1]), 2]
+    _sort(keys, order, body.shape[0])
+    for m in range(body.shape[0]):
+        k = order[m]
         slot = int(body[k, 4])
         if look[slot, 3] == 0.0:
             continue
@@ -236,13 +255,25 @@ def _draw_group(
     if group[6] == VEGETATION:
         wanted = max(11.0, (last - first) * min(1.0, 26.0 / max(distance, 1.0)))
         grown = ((last - first) / wanted) ** 0.42
-    ends = bones[1]
-    for i in range(first, last):
-        share = min(1.0, wanted - (i - first))
-        if share <= 0.0:
-            break
-        s = capsules[i]
-        scale = share * (grown if i > first else 1.0)
+    ends, keys, order = bones[1:]
+    count = min(last - first, int(math.ceil(wanted)), keys.shape[0])
+    for i in range(count):
+        s = capsules[first + i]
+        middle_x, middle_y, middle_z = (
+            s[0] + s[3] - 2 * camera[0],
+            s[1] + s[4] - 2 * camera[1],
+            s[2] + s[5] - 2 * camera[2],
+        )
+        keys[i] = rotation[2, 0] * middle_x + rotation[2, 1] * middle_y + rotation[2, 2] * middle_z
+    _sort(keys, order, count)
+    seg = work[6]
+    seg[10] = (
+        1.0  # leaves lie over each other in layers: their depths' order does not change while the camera drives
+    )
+    for m in range(count):
+        i = order[m]
+        s = capsules[first + i]
+        scale = min(1.0, wanted - i) * (grown if i > 0 else 1.0)
         _to_camera(rotation, camera, s[0], s[1], s[2], ends[0])
         _to_camera(rotation, camera, s[3], s[4], s[5], ends[1])
         shine = 9000.0 if s[11] > 0 else 0.0
@@ -263,6 +294,7 @@ def _draw_group(
             work,
             box,
         )
+    seg[10] = 0.0
 
 
 @kernel
@@ -372,7 +404,12 @@ def draw_scene(
     box = np.empty(4, np.int64)
     channels = frame[0].shape[0]
     work, hulls, fronts = _capsule_work(channels), polyhedron_work(channels), panel_work()
-    bones = (np.empty((BODY_JOINTS, 3)), np.empty((BODY_JOINTS, 3)))
+    bones = (
+        np.empty((BODY_JOINTS, 3)),
+        np.empty((BODY_JOINTS, 3)),
+        np.empty(MAX_PRIMITIVES),
+        np.empty(MAX_PRIMITIVES, np.int64),
+    )
     car = (
         np.empty((vehicles[0].shape[0], 3)),
         np.empty((vehicles[6].shape[0], channels), np.float32),

@@ -1,0 +1,167 @@
+"""Radiance: fog's law, the light's sources, smoothness, and one truth for colour and luminance."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from camera_scenes import NIGHT, STREET, pedestrian, renderer, snapshot, vehicle
+
+from pedcross_env.camera.light import light_of, sky_illuminance_lx, sun_illuminance_lx
+from pedcross_env.contracts import StaticClass
+from pedcross_env.weather.weather import Weather
+
+FOG = Weather(visibility_m=60.0, cloudiness=1.0)
+LUMA = np.array([0.2126, 0.7152, 0.0722])
+
+
+def crowd():
+    return [
+        vehicle(10, 14.0, -4.6, seed=3), vehicle(13, 40.0, 1.75, yaw=math.pi, seed=4, headlight=1.0, model=1),
+        vehicle(14, 33.0, -1.75, brake_light=1.0, headlight=1.0, model=3, length=5.2, width=2.0, height=2.2),
+        pedestrian(20, 18.0, -0.5, gait_stride=1.4, gait_phase=0.1), pedestrian(21, 19.0, 2.4, model=1, height=1.2, seed=2),
+    ]  # fmt: skip
+
+
+def test_contrast_of_black_cloth_in_fog_follows_koschmieder(monkeypatch):
+    monkeypatch.setattr(
+        "pedcross_env.camera.renderer._look", lambda kind, model, seed: np.tile([0.0, 0.0, 0.0, 1.0], (8, 1))
+    )
+    camera = renderer(FOG)
+    beta, air = FOG.extinction_per_m, light_of(FOG).airlight
+    for distance in (6.0, 15.0, 30.0):
+        frame = camera.render(snapshot(pedestrian(5, distance, -1.75)))
+        inside = frame.instance == 5
+        core = inside.copy()
+        core[1:-1, 1:-1] &= inside[:-2, 1:-1] & inside[2:, 1:-1] & inside[1:-1, :-2] & inside[1:-1, 2:]
+        contrast = (frame.luminance[core] - air) / air
+        assert core.sum() >= 10
+        np.testing.assert_allclose(-contrast, np.exp(-beta * frame.depth[core]), rtol=0.02)
+
+
+def test_more_fog_less_contrast():
+    spreads = []
+    for visibility in (math.inf, 200.0, 80.0, 40.0, 20.0):
+        frame = renderer(Weather(visibility_m=visibility, cloudiness=1.0)).render(snapshot(*crowd()))
+        spreads.append(np.std(frame.luminance) / np.mean(frame.luminance))
+    assert spreads == sorted(spreads, reverse=True)
+
+
+@pytest.mark.parametrize(
+    "weather",
+    [Weather(), FOG, NIGHT, Weather(wetness=1.0, rain_mm_h=20.0)],
+    ids=["clear", "fog", "night", "wet"],
+)
+def test_luminance_alone_equals_the_luminance_of_the_colours(weather):
+    camera, scene = renderer(weather), snapshot(*crowd(), headlight=float(weather.headlights))
+    full, alone = camera.render(scene), camera.render(scene, luminance_only=True)
+    np.testing.assert_allclose(full.luminance, np.tensordot(LUMA, full.radiance, 1), rtol=1e-5)
+    np.testing.assert_allclose(alone.luminance, full.luminance, rtol=1e-4)
+    assert alone.radiance is None
+    assert alone.depth is None
+    assert alone.instance is None
+
+
+@pytest.mark.parametrize("weather", [Weather(), NIGHT], ids=["day", "night"])
+def test_same_inputs_same_bytes(weather):
+    scene = snapshot(*crowd(), headlight=1.0)
+    first, other = renderer(weather), renderer(weather)
+    frame = first.render(scene)
+    first.render(snapshot(*crowd(), x=3.0))
+    for again in (first.render(scene), other.render(scene)):
+        for name in ("luminance", "radiance", "depth", "instance"):
+            assert getattr(frame, name).tobytes() == getattr(again, name).tobytes()
+
+
+DRY_NIGHT = dataclasses.replace(NIGHT, wetness=0.0)
+
+
+@pytest.mark.parametrize("weather", [Weather(), FOG, DRY_NIGHT], ids=["clear", "fog", "night"])
+def test_a_millimetre_changes_every_pixel_by_little(weather):
+    """Specks would be false events: a change is bounded by the image's motion times the contrast around the pixel."""
+    camera = renderer(weather)
+    before, after = (
+        camera.render(snapshot(*crowd(), x=x, headlight=1.0), luminance_only=True).luminance.astype(float)
+        for x in (2.0, 2.001)
+    )
+    around = np.stack([np.roll(before, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1)])
+    contrast = around.max(axis=0) - around.min(axis=0)
+    flow_px = 0.001 * 225 / 3.5  # the image's edge, where the nearest surfaces are 3.5 m away
+    step = np.abs(after - before)
+    assert (step <= 1.5 * flow_px * contrast + 0.01 * before + 0.003).all()
+    assert np.mean(step > 0.02 * before) < 0.005
+
+
+def test_frames_do_not_share_memory():
+    camera = renderer()
+    first = camera.render(snapshot())
+    copy = first.luminance.copy()
+    camera.render(snapshot(*crowd(), x=5.0))
+    assert np.array_equal(first.luminance, copy)
+
+
+def test_daylight_is_as_bright_as_the_handbook_says():
+    assert (
+        90_000
+        < sun_illuminance_lx(60, 0.0) * math.sin(math.radians(60)) + sky_illuminance_lx(60, 0.0)
+        < 120_000
+    )
+    assert 10_000 < sky_illuminance_lx(45, 1.0) < 25_000
+    assert sun_illuminance_lx(45, 1.0) == 0
+    assert sky_illuminance_lx(-30, 0.0) < 1
+    assert sky_illuminance_lx(-0.001, 0.5) == pytest.approx(sky_illuminance_lx(0.001, 0.5), rel=0.1)
+
+
+def test_street_lamps_light_the_road_with_2_to_15_lux():
+    camera = renderer(Weather(sun_altitude_deg=-30.0, street_lamps=True))
+    ground = camera._scenery.ground_lamp_map
+    start_x, start_y, step = camera._scenery.ground_frame
+    y = start_y + step * np.arange(ground.shape[0])
+    x = start_x + step * np.arange(ground.shape[1])
+    road = ground[np.abs(y) < 3.5][:, (x > 0) & (x < 150)]
+    assert 2 < road.mean() < 15
+    assert road.max() < 30
+
+
+def test_headlights_light_a_pedestrian_at_night_less_the_farther_it_is():
+    weather = Weather(sun_altitude_deg=-30.0, headlights=True)
+    camera = renderer(weather)
+    levels = []
+    for distance in (12.0, 24.0, 48.0):
+        frame = camera.render(snapshot(pedestrian(5, distance, -1.75, seed=4), headlight=1.0))
+        levels.append(frame.luminance[frame.instance == 5].mean())
+    assert levels[0] > 1.6 * levels[1] > 1.6 * levels[2]
+    dark = renderer(Weather(sun_altitude_deg=-30.0)).render(snapshot(pedestrian(5, 12.0, -1.75, seed=4)))
+    assert levels[0] > 10 * dark.luminance[dark.instance == 5].mean()
+
+
+def test_a_wet_road_is_darker_from_above_and_mirrors_far_off():
+    cover = {"cloudiness": 1.0}
+    dry, wet = (
+        renderer(Weather(**cover, wetness=w), pitch_deg=45.0).render(snapshot()).luminance for w in (0.0, 1.0)
+    )
+    assert wet[200:, 150:300].mean() < 0.75 * dry[200:, 150:300].mean()
+    dry, wet = (renderer(Weather(**cover, wetness=w)).render(snapshot()) for w in (0.0, 1.0))
+    far = np.s_[131:134, 215:235]
+    assert wet.luminance[far].mean() > dry.luminance[far].mean()
+    off_ground = wet.instance != StaticClass.GROUND
+    np.testing.assert_allclose(
+        wet.luminance[off_ground & (wet.depth < 1e3)].mean(),
+        dry.luminance[off_ground & (wet.depth < 1e3)].mean(),
+        rtol=0.02,
+    )
+
+
+def test_brake_lights_shine():
+    camera = renderer()
+    on, off = (camera.render(snapshot(vehicle(5, 12.0, -1.75, brake_light=b))).luminance for b in (1.0, 0.0))
+    changed = np.abs(on - off) > 100
+    assert 4 < changed.sum() < 2000
+    assert (on[changed] > off[changed]).all()
+
+
+def test_the_street_has_looks_of_its_seed():
+    camera = renderer()
+    first = camera.render(snapshot()).luminance
+    camera.load(dataclasses.replace(STREET, seed=6), Weather())
+    assert not np.array_equal(first, camera.render(snapshot()).luminance)
