@@ -38,7 +38,11 @@ class Source(Protocol):
 
 
 class DetectorSource:
-    """A detector: sees the observation and nothing of ``info``."""
+    """A detector: sees the observation and nothing of ``info``.
+
+    Its p counts from the moment its window is full: before, it judges copies of the first frame, a standing
+    world that no drive shows, and would be blamed for what only the start of an episode does.
+    """
 
     def __init__(self, detector: Any) -> None:
         self._detector = detector
@@ -46,11 +50,13 @@ class DetectorSource:
     def reset(self, seed: int) -> None:
         """Forget the last episode's frames; a detector draws nothing."""
         self._detector.reset()
+        self._seen = 0
 
     def estimate(self, observation: Mapping[str, np.ndarray], info: Mapping[str, Any]) -> float | None:
-        """Return the detector's p."""
-        p = self._detector.update(observation)
-        return None if p is None else float(p)
+        """Return the detector's p, None before it has seen T frames."""
+        p = float(self._detector.update(observation))
+        self._seen += 1
+        return p if self._seen >= self._detector.frames else None
 
 
 class ControlSource:

@@ -73,7 +73,7 @@ class FakeEnv(gymnasium.Env):
 
 
 class FakeDetector:
-    """Sees the label in its image; "blind" nothing, "jumpy" cries at 0.2-0.4 s too, "broken" returns nan."""
+    """Sees the label in its image; "blind" nothing; "jumpy" cries at 0.2-0.4 s too, "hasty" at once; "broken": nan."""
 
     modality, frames = "rgb", 3
 
@@ -87,6 +87,8 @@ class FakeDetector:
         self.updates += 1
         if self.name == "broken":
             return math.nan
+        if self.name == "hasty":
+            return float(self.updates < self.frames)
         if self.name == "jumpy" and 6 <= self.updates <= 12:
             return 1.0
         return 0.0 if self.name == "blind" else float(observation["rgb"][0, 0, 0]) / 255

@@ -73,6 +73,12 @@ def test_weather_acts_on_the_same_crossing(tmp_path):
     assert outcome["rain", 0]  # 1 m/s2 is too little: 10 m/s needs 50 m
 
 
+def test_a_detector_is_not_heard_before_its_window_is_full(tmp_path):
+    hasty = run(tmp_path, ("hasty",), controls=("never",))
+    # "hasty" cries in its first two frames, before it has seen the three that its clips have
+    assert all(math.isnan(row["first_brake_s"]) for row in select(hasty, "hasty"))
+
+
 def test_brake_times_follow_from_the_label(tmp_path):
     row = select(run(tmp_path), "sharp")[0]
     assert row["first_label_s"] == pytest.approx(1.0)
