@@ -123,7 +123,8 @@ def impact_speeds(results: Results) -> str | None:
             axis.plot([np.median(speeds)] * 2, [y - 0.32, y + 0.32], color=colour, linewidth=2.2)
         axis.set_title(group_title(group), fontsize=10, loc="left")
         axis.set_xlabel("impact speed, km/h", fontsize=9)
-        axis.set_xlim(left=0)
+        axis.set_xlim(0, 1.05 * max(3.6 * row["impact_speed_mps"] for row in hits))
+        axis.set_ylim(-0.6, len(names) - 0.4)
         axis.set_yticks(range(len(names)), list(reversed(names)))
         axis.grid(axis="y", visible=False)
     return _svg(figure)
@@ -178,7 +179,7 @@ def collisions_against_false_braking(results: Results) -> str | None:
     for axis, group in zip(axes, groups, strict=True):
         rows = [r for r in usable if r["group"] == group]
         for i, name in enumerate(dict.fromkeys(r["detector"] for r in rows)):
-            size = max(5.0, 11.0 - 0.7 * i)  # the later the smaller: equal points stay visible
+            size = max(4.0, 14.0 - 1.2 * i)  # the later the smaller: equal points stay visible
             own = sorted((r for r in rows if r["detector"] == name), key=lambda r: r["threshold"])
             x, y = ([100 * r[key] for r in own] for key in ("false_rate", "collision_rate"))
             colour = _colour(colours, own[0])
