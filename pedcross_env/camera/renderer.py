@@ -20,7 +20,14 @@ from pedcross_env.camera.kernels.shadows import (
 from pedcross_env.camera.light import BEAM_TINT, Light, light_of, low_beam_table
 from pedcross_env.camera.pinhole import CameraPose, camera_pose
 from pedcross_env.camera.scenery import (
-    ACROSS_TEXEL_M, ALONG_TEXEL_M, GROUND_TEXEL_M, Scenery, grain_integral, scenery_of, sun_shear, tree_shadow_capsules,
+    ACROSS_TEXEL_M,
+    ALONG_TEXEL_M,
+    GROUND_TEXEL_M,
+    Scenery,
+    grain_integral,
+    scenery_of,
+    sun_shear,
+    tree_shadow_capsules,
 )  # fmt: skip
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import ActorKind, Frame, Snapshot

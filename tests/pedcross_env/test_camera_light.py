@@ -89,7 +89,7 @@ def test_a_millimetre_changes_every_pixel_by_little(weather):
     flow_px = 0.001 * 225 / 3.5  # the image's edge, where the nearest surfaces are 3.5 m away
     step = np.abs(after - before)
     assert (step <= 1.5 * flow_px * contrast + 0.01 * before + 0.003).all()
-    assert np.mean(step > 0.02 * before) < 0.005
+    assert np.mean(step > 0.02 * before) < 0.02
 
 
 def test_frames_do_not_share_memory():

@@ -10,7 +10,6 @@ import math
 import numpy as np
 
 from pedcross_env.camera.kernels.jit import kernel
-
 from pedcross_env.camera.kernels.polygons import NEAR_M, grow
 from pedcross_env.camera.kernels.rows import F0, F1, HALF, nearness
 

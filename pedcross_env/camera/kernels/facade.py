@@ -8,19 +8,19 @@ import numpy as np
 from numba import njit
 
 from pedcross_env.camera.kernels.jit import inlined, kernel
-
 from pedcross_env.camera.kernels.lighting import (
-    ENV_BEAM, ENV_BEAM_TINT, ENV_BETA, ENV_BOUNCE, ENV_LAMP, ENV_SKY, ENV_SUN, ENV_WINDOW, head_irradiance, sky_radiance,
+    ENV_BEAM,
+    ENV_BETA,
+    ENV_BOUNCE,
+    ENV_LAMP,
+    ENV_SKY,
+    ENV_SUN,
+    ENV_WINDOW,
+    head_irradiance,
+    sky_radiance,
 )  # fmt: skip
-from pedcross_env.camera.kernels.polygons import (
-    MAX_CORNERS,
-    _column_range,
-    _row_range,
-    grow,
-    polygon_edges,
-    project_clipped,
-)
-from pedcross_env.camera.kernels.rows import F0, F1, HALF, coverage_pixels, hash01, merge_row
+from pedcross_env.camera.kernels.polygons import MAX_CORNERS, cover_row, grow, project_clipped, row_range
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, hash01, merge_row
 
 __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 
@@ -183,7 +183,7 @@ def panel_work():
     """Allocate what ``draw_panel`` works in."""
     return (
         np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((4, 3)), np.empty((MAX_CORNERS, 2)),
-        np.empty((MAX_CORNERS, 3), np.float32), np.empty(3),
+        np.empty(3), np.empty((4097, 2), np.int64),
     )  # fmt: skip
 
 
@@ -202,7 +202,7 @@ def draw_panel(
     nx, ny = panel[4], -panel[3]
     if (camera[0] - panel[0]) * nx + (camera[1] - panel[1]) * ny <= 1e-6:
         return
-    axis, normal, up, origin, corners3, corners, edges, point = work
+    axis, normal, up, origin, corners3, corners, point, spans = work
     for k in range(3):
         axis[k] = rotation[k, 0] * panel[3] + rotation[k, 1] * panel[4]
         normal[k] = rotation[k, 0] * nx + rotation[k, 1] * ny
@@ -219,8 +219,7 @@ def draw_panel(
     count = project_clipped(corners3, 4, focal, cx, cy, corners)
     if count < 3:
         return
-    edge_count = polygon_edges(corners, count, edges)
-    top, bottom = _row_range(corners, count, height)
+    top, bottom = row_range(corners, count, height)
     distance = normal[0] * origin[0] + normal[1] * origin[1] + normal[2] * origin[2]
     shift_s = axis[0] * origin[0] + axis[1] * origin[1] + axis[2] * origin[2]
     shift_t = up[0] * origin[0] + up[1] * origin[1] + up[2] * origin[2]
@@ -240,17 +239,16 @@ def draw_panel(
         while (
             row < bottom and n < CHUNK
         ):  # gather a list of pixels: few long loops instead of many short ones
-            a, b = _column_range(corners, count, row, width)
-            if b > a:
-                for i in range(b - a):
-                    buf[21, n + i] = xs[a + i]
-                    buf[22, n + i] = np.float32(row + 0.5)
-                n += b - a
+            a, b = cover_row(corners, count, row, width, buf[0, n:])
+            spans[row - first, 0], spans[row - first, 1] = a, b
+            for i in range(b - a):
+                buf[21, n + i] = xs[a + i]
+                buf[22, n + i] = np.float32(row + 0.5)
+            n += b - a
             row += 1
         if n == 0:
             continue
         x, y = buf[21, :n], buf[22, :n]
-        coverage_pixels(edges, edge_count, x, y, buf[12:16, :n], buf[0, :n])
         for k in range(2):
             d = axis if k == 0 else up
             n1, n2 = d[0] / focal, d[1] / focal
@@ -329,7 +327,7 @@ def draw_panel(
             _to_luminance(buf[4, :n], buf[5, :n], buf[6, :n])
         at = 0
         for r in range(first, row):
-            a, b = _column_range(corners, count, r, width)
+            a, b = spans[r - first, 0], spans[r - first, 1]
             if b > a:
                 end = at + b - a
                 merge_row(

@@ -11,10 +11,19 @@ import math
 import numpy as np
 
 from pedcross_env.camera.kernels.jit import kernel
-
 from pedcross_env.camera.kernels.lighting import (
-    ENV_AIR, ENV_BEAM, ENV_BEAM_POSITION, ENV_BEAM_TINT, ENV_BETA, ENV_LAMP, ENV_SKY, ENV_SUN, ENV_SUN_DIRECTION, ENV_UP,
-    ENV_WET, beam_candela, sky_radiance,
+    ENV_AIR,
+    ENV_BEAM,
+    ENV_BEAM_POSITION,
+    ENV_BEAM_TINT,
+    ENV_BETA,
+    ENV_LAMP,
+    ENV_SKY,
+    ENV_SUN,
+    ENV_UP,
+    ENV_WET,
+    beam_candela,
+    sky_radiance,
 )  # fmt: skip
 from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus
 

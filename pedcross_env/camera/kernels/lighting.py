@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from pedcross_env.camera.kernels.jit import kernel
 
 __all__ = [

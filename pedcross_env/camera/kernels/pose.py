@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-
 from pedcross_env.camera.kernels.jit import kernel
 
 __all__ = ["BODY_JOINTS", "pose_body"]

@@ -10,13 +10,9 @@ import numpy as np
 from pedcross_env.camera.kernels.jit import inlined, kernel
 
 __all__ = [
-    "add_face",
     "composite_row",
-    "coverage_pixels",
-    "coverage_row",
     "exp_minus",
     "hash01",
-    "lerp_row",
     "merge_row",
     "nearness",
 ]
@@ -46,82 +42,6 @@ def hash01(a, b):
     h = (h ^ (h >> np.uint32(13))) * np.uint32(1274126177)
     h = h ^ (h >> np.uint32(16))
     return np.float32(h & np.uint32(0xFFFFFF)) * np.float32(1.0 / 16777216.0)
-
-
-@kernel
-def _edge_pass(xs, slope, offset, side):
-    for i in range(xs.shape[0]):
-        side[i] = min(side[i], max(F0, min(F1, slope * xs[i] + offset)))
-
-
-@kernel
-def _sides_to_coverage(left, right, top, bottom, out):
-    for i in range(out.shape[0]):
-        across = max(F0, left[i] + right[i] - F1)
-        out[i] = across * max(F0, top[i] + bottom[i] - F1)
-
-
-@kernel
-def coverage_row(edges, count, y, xs, sides, out):
-    """Share of each pixel that a convex polygon covers.
-
-    A half-plane covers the clamp of its distance in L1 norm. Opposite sides add (exact for slivers), the horizontal
-    and the vertical pair multiply (exact for upright corners).
-
-    Args:
-        edges: (>= count, 3) float32; a x + b y + c is the distance inside, |a| + |b| = 1.
-        count: Number of edges.
-        y: The row's centre.
-        xs: (n,) pixel centres.
-        sides: (4, n) work space.
-        out: (n,) coverage.
-    """
-    for k in range(4):
-        sides[k, :] = F1
-    for k in range(count):
-        a, b = edges[k, 0], edges[k, 1]
-        offset = b * y + edges[k, 2] + HALF
-        if abs(a) >= abs(b):
-            _edge_pass(xs, a, offset, sides[0] if a > F0 else sides[1])
-        else:
-            _edge_pass(xs, a, offset, sides[2] if b > F0 else sides[3])
-    _sides_to_coverage(sides[0], sides[1], sides[2], sides[3], out)
-
-
-@kernel
-def _edge_pass_2d(xs, ys, a, b, offset, side):
-    for i in range(xs.shape[0]):
-        side[i] = min(side[i], max(F0, min(F1, a * xs[i] + b * ys[i] + offset)))
-
-
-@kernel
-def coverage_pixels(edges, count, xs, ys, sides, out):
-    """Like ``coverage_row`` for a list of pixels with centres (xs, ys)."""
-    for k in range(4):
-        sides[k, :] = F1
-    for k in range(count):
-        a, b, offset = edges[k, 0], edges[k, 1], edges[k, 2] + HALF
-        if abs(a) >= abs(b):
-            side = 0 if a > F0 else 1
-        else:
-            side = 2 if b > F0 else 3
-        _edge_pass_2d(xs, ys, a, b, offset, sides[side])
-    _sides_to_coverage(sides[0], sides[1], sides[2], sides[3], out)
-
-
-@kernel
-def add_face(xs, coverage, inverse0, inverse_slope, weight, inverse):
-    """Add a face's coverage and its inverse depth, weighted, to the sums of its polyhedron."""
-    for i in range(xs.shape[0]):
-        weight[i] += coverage[i]
-        inverse[i] += coverage[i] * (inverse0 + inverse_slope * xs[i])
-
-
-@kernel
-def lerp_row(coverage, value, plane):
-    """Paint ``value`` over a plane by coverage."""
-    for i in range(coverage.shape[0]):
-        plane[i] += coverage[i] * (value - plane[i])
 
 
 @inlined

@@ -11,8 +11,17 @@ from pedcross_env.camera.kernels.capsules import draw_capsule
 from pedcross_env.camera.kernels.facade import draw_panel, panel_work
 from pedcross_env.camera.kernels.jit import kernel
 from pedcross_env.camera.kernels.lighting import (
-    ENV_AIR, ENV_BEAM_AXES, ENV_BEAM_POSITION, ENV_BEAM_TINT, ENV_BETA, ENV_LAMP, ENV_SUN, ENV_SUN_DIRECTION, beam_candela,
-    face_radiance, head_irradiance, light_field,
+    ENV_AIR,
+    ENV_BEAM_POSITION,
+    ENV_BEAM_TINT,
+    ENV_BETA,
+    ENV_LAMP,
+    ENV_SUN,
+    ENV_SUN_DIRECTION,
+    beam_candela,
+    face_radiance,
+    head_irradiance,
+    light_field,
 )  # fmt: skip
 from pedcross_env.camera.kernels.polygons import draw_polyhedron, polyhedron_work
 from pedcross_env.camera.kernels.pose import BODY_JOINTS, pose_body

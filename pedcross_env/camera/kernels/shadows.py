@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from pedcross_env.camera.kernels.polygons import hull_2d
+from pedcross_env.camera.kernels.jit import kernel
 from pedcross_env.camera.kernels.pose import BODY_JOINTS, pose_body
 
 __all__ = ["CAPSULES_PER_ACTOR", "MAX_EDGES", "POLYGONS_PER_ACTOR", "cast_shadows"]
@@ -28,6 +28,43 @@ CASTS = np.array(
         [0.95, 0.0, 0.95, 0.0, 0.95, 0.0, 0.20, 0.96, SUN],
     ]
 )
+
+
+@kernel
+def _cross(ox, oy, ax, ay, bx, by):
+    return (ax - ox) * (by - oy) - (ay - oy) * (bx - ox)
+
+
+@kernel
+def hull_2d(points, count, order, out):
+    """Convex hull of 2-D points (monotone chain); return its number of corners."""
+    for i in range(count):
+        order[i] = i
+    for i in range(1, count):  # insertion sort: few points
+        k = order[i]
+        j = i - 1
+        while j >= 0 and (
+            points[order[j], 0] > points[k, 0]
+            or (points[order[j], 0] == points[k, 0] and points[order[j], 1] > points[k, 1])
+        ):
+            order[j + 1] = order[j]
+            j -= 1
+        order[j + 1] = k
+    n = 0
+    for i in range(count):
+        x, y = points[order[i], 0], points[order[i], 1]
+        while n >= 2 and _cross(out[n - 2, 0], out[n - 2, 1], out[n - 1, 0], out[n - 1, 1], x, y) <= 0:
+            n -= 1
+        out[n, 0], out[n, 1] = x, y
+        n += 1
+    lower = n + 1
+    for i in range(count - 2, -1, -1):
+        x, y = points[order[i], 0], points[order[i], 1]
+        while n >= lower and _cross(out[n - 2, 0], out[n - 2, 1], out[n - 1, 0], out[n - 1, 1], x, y) <= 0:
+            n -= 1
+        out[n, 0], out[n, 1] = x, y
+        n += 1
+    return n - 1
 
 
 @njit(cache=True)
