@@ -47,24 +47,29 @@ def _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse):
     thickness = np.float32(0.25) * seg[9] + np.float32(0.002)
     layered = seg[10] > F0
     for i in range(f0, f1):
+        old = alpha[row, i]
+        if layered and old >= F1:
+            continue
         dx = np.float32(i) + HALF - u0
         t = max(F0, min(F1, (dx * du + dy * dv) * inv))
         px, py = dx - t * du, dy - t * dv
         r = r0 + t * dr
-        d = np.sqrt(px * px + py * py)
-        a = max(F0, min(F1, r - d + HALF) + min(F1, r + d + HALF) - F1)
-        if a <= F0:
+        squared = px * px + py * py
+        if squared >= (r + HALF) * (r + HALF):
             continue
+        d = np.sqrt(squared)
+        a = max(F0, min(F1, r - d + HALF) + min(F1, r + d + HALF) - F1)
         scale = F1 / max(r, d + np.float32(1e-6))
         nx, ny = px * scale, py * scale
         nz = -np.sqrt(max(F0, F1 - nx * nx - ny * ny))
         centre = seg[7] + seg[8] * t
         depth_inverse = centre / (F1 + seg[9] * nz * centre)
+        near = F0 if layered else nearness(depth_inverse, inverse[row, i], thickness)
+        if near <= F0 and old >= F1:
+            continue
         cos_sun = max(F0, sun[0] * nx + sun[1] * ny + sun[2] * nz)
         cos_head = max(F0, head[0] * nx + head[1] * ny + head[2] * nz)
-        old = alpha[row, i]
         total = min(F1, a + old)
-        near = F0 if layered else nearness(depth_inverse, inverse[row, i], thickness)
         front = near * a + (F1 - near) * (total - old)
         back = near * min(F1, (F1 - a) / max(old, np.float32(1e-6))) + (F1 - near)
         inverse[row, i] = (inverse[row, i] * old * back + depth_inverse * front) / max(

@@ -20,7 +20,7 @@ from pedcross_env.camera.kernels.lighting import (
     sky_radiance,
 )  # fmt: skip
 from pedcross_env.camera.kernels.polygons import MAX_CORNERS, cover_row, grow, project_clipped, row_range
-from pedcross_env.camera.kernels.rows import F0, F1, HALF, hash01, merge_row
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, fill_row, hash01, merge_row
 
 __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 
@@ -41,13 +41,18 @@ def _pulse(p, duty):
 
 
 @kernel
-def _coordinates(xs, ys, i0, i1, i2, n0, n1, n2, shift, inverse, coordinate, footprint):
+def _inverse_depth(xs, ys, i0, i1, i2, inverse):
+    for i in range(xs.shape[0]):
+        inverse[i] = i0 + i1 * xs[i] + i2 * ys[i]
+
+
+@kernel
+def _coordinates(xs, ys, inverse, i1, i2, n0, n1, n2, shift, coordinate, footprint):
     """Position on the panel and the pixel's extent there (L1), from quantities linear in column and row."""
     for i in range(xs.shape[0]):
-        inv = i0 + i1 * xs[i] + i2 * ys[i]
+        inv = inverse[i]
         num = n0 + n1 * xs[i] + n2 * ys[i]
         z = F1 / max(inv, np.float32(1e-6))
-        inverse[i] = inv
         coordinate[i] = num * z - shift
         footprint[i] = (abs(n1 * inv - num * i1) + abs(n2 * inv - num * i2)) * z * z
 
@@ -71,17 +76,27 @@ def _interval(t, w, low, high):
 
 
 @kernel
-def _levels(
-    t, footprint, floor, sill, lintel, cornice, margin, upper, upper_glass, low_outer, low_glass, base, band
-):
-    """Mask the upper storeys' windows to their zone; cover of the ground floor's windows, of its wall and of the cornices."""
+def _upper_zone(t, footprint, floor, cornice, upper, upper_glass):
+    """Mask the upper storeys' windows to their zone."""
     for i in range(t.shape[0]):
-        w = max(footprint[i], np.float32(1e-4))
-        zone = _interval(t[i], w, floor, cornice)
+        zone = _interval(t[i], max(footprint[i], np.float32(1e-4)), floor, cornice)
         upper[i] *= zone
         upper_glass[i] *= zone
-        low_outer[i] = _interval(t[i], w, sill, lintel)
-        low_glass[i] = _interval(t[i], w, sill + margin, lintel - margin)
+
+
+@kernel
+def _low_windows(t, footprint, sill, lintel, margin, outer, glass):
+    for i in range(t.shape[0]):
+        w = max(footprint[i], np.float32(1e-4))
+        outer[i] = _interval(t[i], w, sill, lintel)
+        glass[i] = _interval(t[i], w, sill + margin, lintel - margin)
+
+
+@kernel
+def _bands(t, footprint, floor, cornice, base, band):
+    """Cover of the ground floor's wall, and of the cornices."""
+    for i in range(t.shape[0]):
+        w = max(footprint[i], np.float32(1e-4))
         base[i] = _interval(t[i], w, np.float32(-1e3), floor)
         band[i] = _interval(t[i], w, floor - np.float32(0.3), floor) + _interval(
             t[i], w, cornice, np.float32(1e3)
@@ -108,16 +123,23 @@ def _lit(s, t, ws, wt, bay, storey, low_bay, floor, gaps, seed, share, out, low_
 
 
 @kernel
-def _panes(
-    outer_s, inner_s, outer_t, inner_t, low_outer_s, low_inner_s, low_outer_t, low_inner_t, lit, low_lit
-):
-    """Combine to frames (into outer_s), glass (inner_s) and lit glass (outer_t) of all storeys."""
+def _frames(inner_s, outer_t, inner_t, low_outer_s, low_inner_s, low_outer_t, low_inner_t, outer_s):
+    """Turn the upper windows' cover along the street into the cover of all window frames."""
     for i in range(outer_s.shape[0]):
-        low_frame, low_pane = low_outer_s[i] * low_outer_t[i], low_inner_s[i] * low_inner_t[i]
-        frame, pane = outer_s[i] * outer_t[i], inner_s[i] * inner_t[i]
-        outer_s[i] = max(F0, frame - pane) + max(F0, low_frame - low_pane)
-        inner_s[i] = pane + low_pane
-        outer_t[i] = pane * lit[i] + low_pane * low_lit[i]
+        low = max(F0, low_outer_s[i] * low_outer_t[i] - low_inner_s[i] * low_inner_t[i])
+        outer_s[i] = max(F0, outer_s[i] * outer_t[i] - inner_s[i] * inner_t[i]) + low
+
+
+@kernel
+def _lit_panes(inner_s, inner_t, low_inner_s, low_inner_t, lit, low_lit, out):
+    for i in range(out.shape[0]):
+        out[i] = inner_s[i] * inner_t[i] * lit[i] + low_inner_s[i] * low_inner_t[i] * low_lit[i]
+
+
+@kernel
+def _panes(inner_t, low_inner_s, low_inner_t, inner_s):
+    for i in range(inner_s.shape[0]):
+        inner_s[i] = inner_s[i] * inner_t[i] + low_inner_s[i] * low_inner_t[i]
 
 
 @kernel
@@ -197,7 +219,7 @@ def draw_panel(
     """
     focal, cx, cy = optics
     height, width = size
-    planes, alpha, inverse = scratch
+    planes = scratch[0]
     # the outward normal is axis x up, so that a panel is seen counter-clockwise
     nx, ny = panel[4], -panel[3]
     if (camera[0] - panel[0]) * nx + (camera[1] - panel[1]) * ny <= 1e-6:
@@ -249,13 +271,13 @@ def draw_panel(
         if n == 0:
             continue
         x, y = buf[21, :n], buf[22, :n]
+        _inverse_depth(x, y, np.float32(v0), np.float32(v1), np.float32(v2), buf[2, :n])
         for k in range(2):
             d = axis if k == 0 else up
             n1, n2 = d[0] / focal, d[1] / focal
             _coordinates(
-                x, y, np.float32(v0), np.float32(v1), np.float32(v2),
-                np.float32(d[2] - n1 * cx - n2 * cy), np.float32(n1), np.float32(n2), np.float32(shift_s if k == 0 else shift_t),
-                buf[2, :n], buf[7 + k, :n], buf[9 + k, :n],
+                x, y, buf[2, :n], np.float32(v1), np.float32(v2), np.float32(d[2] - n1 * cx - n2 * cy), np.float32(n1),
+                np.float32(n2), np.float32(shift_s if k == 0 else shift_t), buf[7 + k, :n], buf[9 + k, :n],
             )  # fmt: skip
         if patterned:
             margin = np.float32(0.09)
@@ -275,10 +297,11 @@ def draw_panel(
                 buf[16, :n],
                 buf[17, :n],
             )
-            _levels(
-                buf[8, :n], buf[10, :n], floor, np.float32(panel[22]), np.float32(panel[23]), np.float32(panel[25]), margin,
-                buf[14, :n], buf[15, :n], buf[18, :n], buf[19, :n], buf[20, :n], buf[11, :n],
-            )  # fmt: skip
+            cornice = np.float32(panel[25])
+            _upper_zone(buf[8, :n], buf[10, :n], floor, cornice, buf[14, :n], buf[15, :n])
+            sill, lintel = np.float32(panel[22]), np.float32(panel[23])
+            _low_windows(buf[8, :n], buf[10, :n], sill, lintel, margin, buf[18, :n], buf[19, :n])
+            _bands(buf[8, :n], buf[10, :n], floor, cornice, buf[20, :n], buf[11, :n])
             if env[ENV_WINDOW] > 0:
                 gaps = (
                     bay * (F1 - duty_s), np.float32(2.0) * storey * min(phase_t, F1 - phase_t - duty_t),
@@ -288,13 +311,19 @@ def draw_panel(
                     buf[7, :n], buf[8, :n], buf[9, :n], buf[10, :n], bay, storey, low_bay, floor, gaps, seed, LIT_SHARE,
                     buf[3, :n], buf[23, :n],
                 )  # fmt: skip
-            _panes(
-                buf[12, :n], buf[13, :n], buf[14, :n], buf[15, :n], buf[16, :n], buf[17, :n], buf[18, :n], buf[19, :n],
-                buf[3, :n], buf[23, :n],
+            _frames(
+                buf[13, :n], buf[14, :n], buf[15, :n], buf[16, :n], buf[17, :n], buf[18, :n], buf[19, :n], buf[12, :n],
             )  # fmt: skip
+            if env[ENV_WINDOW] > 0:
+                _lit_panes(
+                    buf[13, :n], buf[15, :n], buf[17, :n], buf[19, :n], buf[3, :n], buf[23, :n], buf[14, :n]
+                )
+            else:
+                fill_row(F0, buf[14, :n])
+            _panes(buf[15, :n], buf[17, :n], buf[19, :n], buf[13, :n])
         else:
             for k in (11, 12, 13, 14, 20):
-                buf[k, :n] = F0
+                fill_row(F0, buf[k, :n])
         if night:
             _lamp_light(
                 buf[7, :n],
@@ -309,7 +338,8 @@ def draw_panel(
             )
             _head_row(x, y, buf[2, :n], normal, env, table, optics, point, buf[18, :n])
         else:
-            buf[17:19, :n] = F0
+            fill_row(F0, buf[17, :n])
+            fill_row(F0, buf[18, :n])
         for c in range(3):
             sky, bounce = env[ENV_SKY + c], env[ENV_BOUNCE + c]
             constant = 0.5 * (sky + bounce) + env[ENV_SUN + c] * sun
@@ -330,10 +360,7 @@ def draw_panel(
             a, b = spans[r - first, 0], spans[r - first, 1]
             if b > a:
                 end = at + b - a
-                merge_row(
-                    buf[4 : 4 + planes.shape[0], at:end], buf[0, at:end], buf[2, at:end],
-                    planes[:, r, a:b], alpha[r, a:b], inverse[r, a:b], buf[12:14, : b - a],
-                )  # fmt: skip
+                merge_row(buf, 4, 0, 2, at, scratch, r, a, b)
                 grow(box, a, b, r, r + 1)
                 at = end
 

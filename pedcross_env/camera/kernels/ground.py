@@ -25,7 +25,7 @@ from pedcross_env.camera.kernels.lighting import (
     beam_candela,
     sky_radiance,
 )  # fmt: skip
-from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus, fill_row
 
 __all__ = ["draw_ground_and_sky"]
 
@@ -370,7 +370,7 @@ def _ground_row(
     x = xs[a:b]
     yn = (y - cy) / focal
     for k in range(16):
-        buf[k, :n] = F0
+        fill_row(F0, buf[k, :n])
     depth = FAR_M
     for level in range(2):
         height = camera[2] - (kerb_h if level == 1 else 0.0)
@@ -392,7 +392,8 @@ def _ground_row(
             )
             _grain_row(grain, middle_x - 0.5 * foot_x, middle_x + 0.5 * foot_x, grain_texel, line)
             _grain_columns(line, y0, dy, grain_texel, a, buf[6, :n])
-            buf[7:9, :n] = F1
+            fill_row(F1, buf[7, :n])
+            fill_row(F1, buf[8, :n])
             ends = (x0 + dx * a, x0 + dx * b)
             _shadows(
                 polygons, polygon_info, capsules, np.float32(min(ends) - foot_x), np.float32(max(ends) + foot_x), xs[:n],

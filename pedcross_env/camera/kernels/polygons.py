@@ -302,9 +302,8 @@ def draw_polyhedron(
         box: (4,) int64 bounding box to extend.
     """
     height, width = size
-    planes, alpha, inverse = scratch
     shapes, facts, slopes, shades = work[0], work[1], work[2], work[3]
-    channels = planes.shape[0]
+    channels = scratch[0].shape[0]
     n, top, bottom = _collect(
         points, first, last, face_start, face_corners, details, colours, colour_base, optics, height, work
     )
@@ -344,13 +343,5 @@ def draw_polyhedron(
                 for k in range(2, 3 + channels):
                     _divide(buf[k, :m], buf[1, :m])
         _saturate(buf[1, :m])
-        merge_row(
-            buf[3 : 3 + channels, :m],
-            buf[1, :m],
-            buf[2, :m],
-            planes[:, row, a:b],
-            alpha[row, a:b],
-            inverse[row, a:b],
-            buf[12:14, :m],
-        )
+        merge_row(buf, 3, 1, 2, 0, scratch, row, a, b)
         grow(box, a, b, row, row + 1)

@@ -1,6 +1,7 @@
 """Loops over one row of pixels: coverage, merging within an object, compositing onto the frame.
 
-All arrays are row slices of the same length; the loops are free of branches, so that they vectorise.
+All arrays are row slices of the same length. Loops are free of branches and write one array each: with more, the compiler
+gives up proving that they do not overlap, and does not vectorise.
 """
 
 from __future__ import annotations
@@ -12,12 +13,14 @@ from pedcross_env.camera.kernels.jit import inlined, kernel
 __all__ = [
     "composite_row",
     "exp_minus",
+    "fill_row",
     "hash01",
     "merge_row",
     "nearness",
 ]
 
 F0, F1, HALF = np.float32(0), np.float32(1), np.float32(0.5)
+SOLID_M = np.float32(0.02)  # how far surfaces of one object may pass through each other
 FAR = np.float32(1e-9)  # added to inverse depths where nothing is
 
 
@@ -55,15 +58,33 @@ def nearness(inverse_new, inverse_old, thickness):
 
 
 @kernel
-def _merge_weights(alpha_new, inverse_new, alpha, inverse, front, back):
+def _merge_front(alpha_new, inverse_new, alpha, inverse, front):
     for i in range(alpha.shape[0]):
         a, old = alpha_new[i], alpha[i]
-        near = nearness(inverse_new[i] + FAR, inverse[i], np.float32(0.02))
-        total = min(F1, a + old)
-        front[i] = near * a + (F1 - near) * (total - old)
-        back[i] = near * min(F1, (F1 - a) / max(old, np.float32(1e-6))) + (F1 - near)
-        inverse[i] = (inverse[i] * old * back[i] + inverse_new[i] * front[i]) / max(total, np.float32(1e-6))
-        alpha[i] = total
+        near = nearness(inverse_new[i] + FAR, inverse[i], SOLID_M)
+        front[i] = near * a + (F1 - near) * (min(F1, a + old) - old)
+
+
+@kernel
+def _merge_back(alpha_new, inverse_new, alpha, inverse, back):
+    for i in range(alpha.shape[0]):
+        near = nearness(inverse_new[i] + FAR, inverse[i], SOLID_M)
+        back[i] = near * min(F1, (F1 - alpha_new[i]) / max(alpha[i], np.float32(1e-6))) + (F1 - near)
+
+
+@kernel
+def _merge_inverse(alpha_new, inverse_new, alpha, front, back, inverse):
+    for i in range(alpha.shape[0]):
+        total = min(F1, alpha_new[i] + alpha[i])
+        inverse[i] = (inverse[i] * alpha[i] * back[i] + inverse_new[i] * front[i]) / max(
+            total, np.float32(1e-6)
+        )
+
+
+@kernel
+def _merge_alpha(alpha_new, alpha):
+    for i in range(alpha.shape[0]):
+        alpha[i] = min(F1, alpha_new[i] + alpha[i])
 
 
 @kernel
@@ -73,115 +94,153 @@ def _merge_plane(colour, front, back, plane):
 
 
 @kernel
-def merge_row(colours, alpha_new, inverse_new, planes, alpha, inverse, work):
-    """Unite a primitive with its object: the nearer covers, coverage adds up to 1 (no seams).
+def merge_row(buf, colour, cover, depth, at, scratch, row, a, b):
+    """Unite a primitive's pixels with its object: the nearer covers, coverage adds up to 1 (no seams).
 
     Args:
-        colours: (C, n) radiance of the primitive, not premultiplied.
-        alpha_new: (n,) its coverage.
-        inverse_new: (n,) its inverse depth.
-        planes: (C, n) the object's premultiplied radiance.
-        alpha: (n,) the object's coverage.
-        inverse: (n,) the object's inverse depth (mean of what is visible), 0 where it is not.
-        work: (2, n).
+        buf: Work space; rows 12 and 13 are overwritten from 0 on.
+        colour: First row of ``buf`` with the primitive's radiance, not premultiplied.
+        cover: Row with its coverage.
+        depth: Row with its inverse depth.
+        at: Where in those rows the pixels start.
+        scratch: The object's (premultiplied radiance (C, H, W), coverage (H, W), inverse depth of what is visible (H, W)).
+        row: Image row.
+        a: First column.
+        b: Column beyond the last.
     """
-    _merge_weights(alpha_new, inverse_new, alpha, inverse, work[0], work[1])
+    planes, alphas, inverses = scratch
+    n = b - a
+    alpha_new, inverse_new = buf[cover, at : at + n], buf[depth, at : at + n]
+    alpha, inverse, front, back = alphas[row, a:b], inverses[row, a:b], buf[12, :n], buf[13, :n]
+    _merge_front(alpha_new, inverse_new, alpha, inverse, front)
+    _merge_back(alpha_new, inverse_new, alpha, inverse, back)
+    _merge_inverse(alpha_new, inverse_new, alpha, front, back, inverse)
+    _merge_alpha(alpha_new, alpha)
     for c in range(planes.shape[0]):
-        _merge_plane(colours[c], work[0], work[1], planes[c])
+        _merge_plane(buf[colour + c, at : at + n], front, back, planes[c, row, a:b])
 
 
 @kernel
-def _clear_air_weights(alpha_new, inverse_new, alpha, nearest, front, back, owner):
+def _keep(alpha_new, inverse_new, nearest, back):
+    for i in range(back.shape[0]):
+        back[i] = F1 - alpha_new[i] if inverse_new[i] > nearest[i] else F1
+
+
+@kernel
+def _share(alpha_new, inverse_new, nearest, alpha, share):
+    for i in range(share.shape[0]):
+        share[i] = alpha_new[i] if inverse_new[i] > nearest[i] else alpha_new[i] * (F1 - alpha[i])
+
+
+@kernel
+def _passed(inverse_new, beta, front):
+    for i in range(front.shape[0]):
+        front[i] = exp_minus(beta / max(inverse_new[i], np.float32(1e-5)))
+
+
+@kernel
+def _haze(share, passed, haze):
+    for i in range(haze.shape[0]):
+        haze[i] = share[i] * (F1 - passed[i])
+
+
+@kernel
+def _scale(inverse_new, nearest, alpha, front):
+    for i in range(front.shape[0]):
+        front[i] *= F1 if inverse_new[i] > nearest[i] else F1 - alpha[i]
+
+
+@kernel
+def _nearest(inverse_new, alpha, back, share, nearest):
+    for i in range(nearest.shape[0]):
+        kept = alpha[i] * back[i]
+        nearest[i] = (nearest[i] * kept + inverse_new[i] * share[i]) / max(kept + share[i], np.float32(1e-6))
+
+
+@kernel
+def _frame_alpha(back, share, alpha):
     for i in range(alpha.shape[0]):
-        a, old = alpha_new[i], alpha[i]
-        near = inverse_new[i] > nearest[i]
-        free = F1 - old
-        share = a if near else a * free
-        keep = F1 - a if near else F1
-        front[i] = F1 if near else free
-        back[i] = keep
-        alpha[i] = old * keep + share
-        nearest[i] = (nearest[i] * old * keep + inverse_new[i] * share) / max(alpha[i], np.float32(1e-6))
-        owner[i] = share
-
-
-@kernel
-def _clear_air_plane(colour, front, back, plane):
-    for i in range(plane.shape[0]):
-        plane[i] = plane[i] * back[i] + colour[i] * front[i]
-        colour[i] = F0
-
-
-@kernel
-def _composite_weights(alpha_new, inverse_new, beta, alpha, nearest, front, back, haze, owner):
-    for i in range(alpha.shape[0]):
-        a, old = alpha_new[i], alpha[i]
-        near = inverse_new[i] > nearest[i]
-        free = F1 - old
-        share = a if near else a * free
-        keep = F1 - a if near else F1
-        passed = exp_minus(beta / max(inverse_new[i], np.float32(1e-5)))
-        scale = F1 if near else free
-        front[i] = scale * passed
-        haze[i] = share * (F1 - passed)
-        back[i] = keep
-        alpha[i] = old * keep + share
-        nearest[i] = (nearest[i] * old * keep + inverse_new[i] * share) / max(alpha[i], np.float32(1e-6))
-        owner[i] = share
+        alpha[i] = alpha[i] * back[i] + share[i]
 
 
 @kernel
 def _composite_plane(colour, front, back, haze, air, plane):
     for i in range(plane.shape[0]):
         plane[i] = plane[i] * back[i] + colour[i] * front[i] + haze[i] * air
-        colour[i] = F0
 
 
 @kernel
-def _composite_owner(inverse_new, share, back, ident, weight, depth_inverse, ids):
-    for i in range(share.shape[0]):
-        kept = weight[i] * back[i]
-        takes = share[i] > kept
-        weight[i] = share[i] if takes else kept
-        depth_inverse[i] = inverse_new[i] if takes else depth_inverse[i]
-        ids[i] = ident if takes else ids[i]
+def _clear_air_plane(colour, front, back, plane):
+    for i in range(plane.shape[0]):
+        plane[i] = plane[i] * back[i] + colour[i] * front[i]
 
 
 @kernel
-def _clear(alpha, inverse):
-    for i in range(alpha.shape[0]):
-        alpha[i] = F0
-        inverse[i] = F0
+def _owner_id(share, back, weight, ident, ids):
+    for i in range(ids.shape[0]):
+        ids[i] = ident if share[i] > weight[i] * back[i] else ids[i]
 
 
 @kernel
-def composite_row(
-    planes, alpha_new, inverse_new, beta, air, ident, out, alpha, nearest, weight, depth_inverse, ids, work
-):
+def _owner_depth(share, back, weight, inverse_new, depth_inverse):
+    for i in range(depth_inverse.shape[0]):
+        depth_inverse[i] = inverse_new[i] if share[i] > weight[i] * back[i] else depth_inverse[i]
+
+
+@kernel
+def _owner_weight(share, back, weight):
+    for i in range(weight.shape[0]):
+        weight[i] = max(share[i], weight[i] * back[i])
+
+
+@kernel
+def fill_row(value, out):
+    """Set a row."""
+    for i in range(out.shape[0]):
+        out[i] = value
+
+
+@kernel
+def composite_row(scratch, row, a, b, beta, air, ident, frame, buf):
     """Put an object's row onto the frame, fog applied, over what is farther and under what is nearer; clear it.
 
     Args:
-        planes: (C, n) premultiplied radiance of the object; zeroed.
-        alpha_new: (n,) its coverage; zeroed.
-        inverse_new: (n,) its inverse depth; zeroed.
+        scratch: The object's (premultiplied radiance (C, H, W), coverage, inverse depth); zeroed between a and b.
+        row: Image row.
+        a: First column.
+        b: Column beyond the last.
         beta: Extinction per metre along the optical axis.
         air: (C,) airlight.
         ident: Instance id.
-        out: (C, n) premultiplied radiance of the frame.
-        alpha: (n,) coverage of the frame.
-        nearest: (n,) inverse depth (mean of what is visible) so far.
-        weight: (n,) visible share of the pixel's owner.
-        depth_inverse: (n,) inverse depth of the owner.
-        ids: (n,) id of the owner.
-        work: (4, n).
+        frame: (premultiplied radiance (C, H, W), coverage, inverse depth of what is visible, visible share of the pixel's owner,
+            its inverse depth, its id).
+        buf: Work space; rows 0 to 3 are overwritten.
     """
+    planes, alphas_new, inverses_new = scratch
+    out, alphas, nearests, weights, depths, ids = frame
+    n = b - a
+    alpha_new, inverse_new = alphas_new[row, a:b], inverses_new[row, a:b]
+    alpha, nearest, weight = alphas[row, a:b], nearests[row, a:b], weights[row, a:b]
+    front, back, haze, share = buf[0, :n], buf[1, :n], buf[2, :n], buf[3, :n]
+    _keep(alpha_new, inverse_new, nearest, back)
+    _share(alpha_new, inverse_new, nearest, alpha, share)
     if beta > F0:
-        _composite_weights(alpha_new, inverse_new, beta, alpha, nearest, work[0], work[1], work[2], work[3])
-        for c in range(out.shape[0]):
-            _composite_plane(planes[c], work[0], work[1], work[2], air[c], out[c])
+        _passed(inverse_new, beta, front)
+        _haze(share, front, haze)
     else:
-        _clear_air_weights(alpha_new, inverse_new, alpha, nearest, work[0], work[1], work[3])
-        for c in range(out.shape[0]):
-            _clear_air_plane(planes[c], work[0], work[1], out[c])
-    _composite_owner(inverse_new, work[3], work[1], ident, weight, depth_inverse, ids)
-    _clear(alpha_new, inverse_new)
+        fill_row(F1, front)
+    _scale(inverse_new, nearest, alpha, front)
+    for c in range(out.shape[0]):
+        plane = planes[c, row, a:b]
+        if beta > F0:
+            _composite_plane(plane, front, back, haze, air[c], out[c, row, a:b])
+        else:
+            _clear_air_plane(plane, front, back, out[c, row, a:b])
+        fill_row(F0, plane)
+    _nearest(inverse_new, alpha, back, share, nearest)
+    _frame_alpha(back, share, alpha)
+    _owner_id(share, back, weight, np.int32(ident), ids[row, a:b])
+    _owner_depth(share, back, weight, inverse_new, depths[row, a:b])
+    _owner_weight(share, back, weight)
+    fill_row(F0, alpha_new)
+    fill_row(F0, inverse_new)

@@ -52,8 +52,10 @@ def _capsule_lit(p0, p1, r0, r1, albedo, shine, env, lamps, beams, table, optics
     light_field(middle, env, lamps, beams, table, field)
     beta = env[ENV_BETA]
     head0, head1 = head_irradiance(p0, env, table, beta), head_irradiance(p1, env, table, beta)
-    light[:] = 0
-    heads[:] = 0
+    for c in range(channels):
+        for k in range(6):
+            light[c, k] = 0
+        heads[c, 0] = heads[c, 1] = 0
     for c in range(3):
         weight = 1.0 if channels == 3 else (LUMA_R, LUMA_G, LUMA_B)[c]
         rho = weight * albedo[c] / math.pi
@@ -202,7 +204,9 @@ def _draw_vehicle(
             rotation, camera, actor[0] + c * x - s * y, actor[1] + s * x + c * y, actor[2] + z, local[i]
         )
     f0, f1 = part_faces[model_parts[model]], part_faces[model_parts[model + 1]]
-    colours[: f1 - f0] = 0
+    for i in range(f1 - f0):
+        for k in range(channels):
+            colours[i, k] = 0
     for face in range(f0, f1):
         a, b = face_start[face], face_start[face + 1]
         for k in range(3):
@@ -309,16 +313,11 @@ def _draw_group(
 @kernel
 def _put(scratch, box, ident, env, air, frame, buf):
     """Composite an object's scratch planes onto the frame and clear them."""
-    planes, alpha, inverse = scratch
-    out, frame_alpha, nearest, weight, depth_inverse, ids = frame
     a, b = box[0], box[1]
     if b <= a:
         return
     for row in range(box[2], box[3]):
-        composite_row(
-            planes[:, row, a:b], alpha[row, a:b], inverse[row, a:b], np.float32(env[ENV_BETA]), air, ident, out[:, row, a:b],
-            frame_alpha[row, a:b], nearest[row, a:b], weight[row, a:b], depth_inverse[row, a:b], ids[row, a:b], buf[0:4, : b - a],
-        )  # fmt: skip
+        composite_row(scratch, row, a, b, np.float32(env[ENV_BETA]), air, ident, frame, buf)
 
 
 @kernel
@@ -339,7 +338,7 @@ def _visible(centre, radius, optics, size):
     return abs(centre[1]) - half_h * centre[2] <= radius * tall
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def draw_scene(
     actors,
     idents,
@@ -393,7 +392,9 @@ def draw_scene(
         buf: (24, W).
     """
     n, g = actors.shape[0], groups.shape[0]
-    keys = np.full(n + g, 1e9)
+    keys = np.empty(n + g)
+    for i in range(n + g):
+        keys[i] = 1e9
     centre = np.empty(3)
     for i in range(n):
         _to_camera(rotation, camera, actors[i, 0], actors[i, 1], actors[i, 2] + 0.5 * actors[i, 8], centre)
@@ -427,7 +428,9 @@ def draw_scene(
         np.empty(3),
     )
     _reset_box(box, size)
-    for k in np.argsort(keys, kind="mergesort"):
+    ranks = np.empty(n + g, np.int64)
+    _sort(keys, ranks, n + g)
+    for k in ranks:
         if keys[k] >= 1e9:
             break
         if k < n:
