@@ -128,15 +128,15 @@ def _car(
 ) -> _Builder:
     """Build a car: body, cabin with glass, wheels, lights. ``hood``/``boot``: lengths ahead of and behind the cabin."""
     b = _Builder()
-    l, w = length / 2, width / 2
+    half, w = length / 2, width / 2
     low, hood_z = 0.24, belt - 0.10
     b.prism(
-        [(-l + 0.12, low, w * 0.96), (l - 0.14, low, w * 0.94), (l, low + 0.16, w * 0.86), (l - 0.03, hood_z - 0.14, w * 0.86),
-         (l - 0.22, hood_z, w * 0.90), (l - hood, belt, w * 0.97), (-l + boot, belt, w * 0.97), (-l + 0.06, belt - 0.05, w * 0.92),
-         (-l, low + 0.2, w * 0.9)],
+        [(-half + 0.12, low, w * 0.96), (half - 0.14, low, w * 0.94), (half, low + 0.16, w * 0.86), (half - 0.03, hood_z - 0.14, w * 0.86),
+         (half - 0.22, hood_z, w * 0.90), (half - hood, belt, w * 0.97), (-half + boot, belt, w * 0.97), (-half + 0.06, belt - 0.05, w * 0.92),
+         (-half, low + 0.2, w * 0.9)],
         PAINT,
     )  # fmt: skip
-    front, rear = l - 0.79 * wheel - 0.55, -l + 0.79 * wheel + 0.52
+    front, rear = half - 0.79 * wheel - 0.55, -half + 0.79 * wheel + 0.52
     for x in (front, rear):  # wheel arches
         angles = np.linspace(0, np.pi, 8)
         arch = [
@@ -147,15 +147,15 @@ def _car(
         b.paint(arch, DARK, mirror=True)
     b.paint(
         [
-            (-l + 0.3, -w * 0.962, low),
-            (l - 0.3, -w * 0.962, low),
-            (l - 0.3, -w * 0.962, low + 0.07),
-            (-l + 0.3, -w * 0.962, low + 0.07),
+            (-half + 0.3, -w * 0.962, low),
+            (half - 0.3, -w * 0.962, low),
+            (half - 0.3, -w * 0.962, low + 0.07),
+            (-half + 0.3, -w * 0.962, low + 0.07),
         ],
         TRIM,
         mirror=True,
     )
-    fx, bx = l + 0.001, -l - 0.001
+    fx, bx = half + 0.001, -half - 0.001
     b.paint(
         [
             (fx, -w * 0.52, 0.56),
@@ -189,7 +189,7 @@ def _car(
         mirror=True,
     )
     b.paint([(bx, -w * 0.85, 0.30), (bx, -w * 0.85, 0.42), (bx, w * 0.85, 0.42), (bx, w * 0.85, 0.30)], TRIM)
-    x0, x1 = -l + boot, l - hood  # cabin at the belt line
+    x0, x1 = -half + boot, half - hood  # cabin at the belt line
     t0, t1, roof = x0 + rake[0], x1 - rake[1], w * 0.74
     b.prism(
         [(x0, belt - 0.02, w * 0.95), (x1, belt - 0.02, w * 0.95), (t1, height - 0.03, roof), (0.5 * (t0 + t1), height, roof),
@@ -222,14 +222,14 @@ def _box_vehicle(
 ) -> _Builder:
     """Build a van or a bus: one body with glass, wheels and lights."""
     b = _Builder()
-    l, w, low = length / 2, width / 2, 0.32
+    half, w, low = length / 2, width / 2, 0.32
     belt = 0.58 * height if panes < 4 else 0.42 * height
     b.prism(
-        [(-l, low, w), (l, low, w), (l, belt * (0.75 if nose > 0.3 else 1.0), w), (l - nose * 0.5, belt, w),
-         (l - nose, height - 0.1, w * 0.93), (l - nose - 0.25, height, w * 0.9), (-l + 0.1, height, w * 0.9), (-l, height - 0.1, w * 0.93)],
+        [(-half, low, w), (half, low, w), (half, belt * (0.75 if nose > 0.3 else 1.0), w), (half - nose * 0.5, belt, w),
+         (half - nose, height - 0.1, w * 0.93), (half - nose - 0.25, height, w * 0.9), (-half + 0.1, height, w * 0.9), (-half, height - 0.1, w * 0.93)],
         PAINT,
     )  # fmt: skip
-    front, rear = l - (1.0 if panes < 4 else 2.4), -l + (1.0 if panes < 4 else 2.6)
+    front, rear = half - (1.0 if panes < 4 else 2.4), -half + (1.0 if panes < 4 else 2.6)
     for x in (front, rear):
         angles = np.linspace(0, np.pi, 8)
         arch = [(x + 1.18 * wheel, -w - 0.002, low)] + [
@@ -238,7 +238,7 @@ def _box_vehicle(
         ]
         b.paint([*arch, (x - 1.18 * wheel, -w - 0.002, low)], DARK, mirror=True)
     top = height - 0.42
-    start = l - nose - 1.1 if panes < 4 else -l + 0.4
+    start = half - nose - 1.1 if panes < 4 else -half + 0.4
     step = 1.0 if panes < 4 else (length - nose - 0.9) / panes
     for k in range(panes):
         a = start - 1.15 * k if panes < 4 else start + k * step
@@ -252,7 +252,7 @@ def _box_vehicle(
             GLASS,
             mirror=True,
         )
-    f0, f1 = l - nose * 0.55, l - nose * 0.97
+    f0, f1 = half - nose * 0.55, half - nose * 0.97
     b.paint(
         [
             (f0 + 0.01, -w * 0.9, belt + 0.06),
@@ -262,7 +262,7 @@ def _box_vehicle(
         ],
         GLASS,
     )
-    r = -l - 0.002
+    r = -half - 0.002
     b.paint(
         [(r, -w * 0.8, belt + 0.1), (r, -w * 0.76, top), (r, w * 0.76, top), (r, w * 0.8, belt + 0.1)], GLASS
     )
@@ -272,7 +272,7 @@ def _box_vehicle(
         mirror=True,
     )
     b.paint([(r, -0.26, 0.6), (r, -0.26, 0.72), (r, 0.26, 0.72), (r, 0.26, 0.6)], PLATE)
-    fx = l + 0.002
+    fx = half + 0.002
     b.paint(
         [(fx, w * 0.58, 0.68), (fx, w * 0.92, 0.68), (fx, w * 0.92, 0.86), (fx, w * 0.58, 0.86)],
         HEADLIGHT,
@@ -335,7 +335,7 @@ BODY_CAPSULES = np.array(
         [L_HIP, L_KNEE, 0.050, 0.034, 3], [R_HIP, R_KNEE, 0.050, 0.034, 3],
         [L_KNEE, L_ANKLE, 0.032, 0.023, 3], [R_KNEE, R_ANKLE, 0.032, 0.023, 3],
         [L_ANKLE, L_TOE, 0.022, 0.017, 4], [R_ANKLE, R_TOE, 0.022, 0.017, 4],
-        [L_HIP, L_KNEE, 0.060, 0.052, 6], [R_HIP, R_KNEE, 0.060, 0.052, 6], [BAG_LOW, BAG_HIGH, 0.055, 0.045, 7],
+        [L_HIP, L_KNEE, 0.060, 0.036, 6], [R_HIP, R_KNEE, 0.060, 0.036, 6], [BAG_LOW, BAG_HIGH, 0.055, 0.045, 7],
     ]
 )  # fmt: skip
 SKINS = np.array(

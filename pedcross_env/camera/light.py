@@ -130,7 +130,7 @@ def light_of(weather: Weather) -> Light:
         horizon=horizon * haze_tint,
         airlight=float(horizon),
         lamp_lx=lamps,
-        window=(55.0 * WINDOW_TINT if weather.sun_altitude_deg < 2 else np.zeros(3)),
+        window=(25.0 * WINDOW_TINT if weather.sun_altitude_deg < 2 else np.zeros(3)),
         beam_on=weather.headlights,
     )
 

@@ -72,7 +72,7 @@ def grain_integral() -> np.ndarray:
     size = 512
     frequency = np.hypot(np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)[None, :])
     grain = np.zeros((size, size))
-    for amplitude, cut, floor in ((0.10, 0.5, 0.15), (0.055, 0.08, 0.01), (0.065, 0.012, 0.002)):
+    for amplitude, cut, floor in ((0.12, 0.6, 0.2), (0.035, 0.10, 0.02), (0.045, 0.010, 0.002)):
         spectrum = np.fft.rfft2(rng.standard_normal((size, size)))
         band = np.exp(-((frequency / cut) ** 2)) * (1 - np.exp(-((frequency / floor) ** 2)))
         layer = np.fft.irfft2(spectrum * band, s=(size, size))

@@ -19,7 +19,8 @@ def crowd():
     return [
         vehicle(10, 14.0, -4.6, seed=3), vehicle(13, 40.0, 1.75, yaw=math.pi, seed=4, headlight=1.0, model=1),
         vehicle(14, 33.0, -1.75, brake_light=1.0, headlight=1.0, model=3, length=5.2, width=2.0, height=2.2),
-        pedestrian(20, 18.0, -0.5, gait_stride=1.4, gait_phase=0.1), pedestrian(21, 19.0, 2.4, model=1, height=1.2, seed=2),
+        pedestrian(20, 18.0, -0.5, gait_stride=1.4, gait_phase=0.1),
+        pedestrian(21, 19.0, 2.4, model=1, height=1.2, seed=2),
     ]  # fmt: skip
 
 

@@ -84,7 +84,7 @@ def _blur_columns(plane, first, horizon, sums, out):
         for i in range(width):
             sums[row + 1, i] = sums[row, i] + plane[row, i]
     for row in range(first, height):
-        half = 1.5 + 0.07 * (row - horizon)
+        half = 2.0 + 0.16 * (row - horizon)
         low, high = max(first + 0.0, row + 0.5 - half), min(height - 1e-6, row + 0.5 + half)
         a, b = int(low), int(high)
         fa, fb = low - a, high - b

@@ -504,7 +504,7 @@ def _ground_row(
 @kernel
 def _sky_row(row, y, share, rotation, env, optics, a, b, free, out, owner):
     """Sky between columns a and b: a gradient over elevation, veiled near the horizon where there is fog."""
-    focal, cx, cy = optics
+    focal, _, cy = optics
     weight, depth_inverse, ids = owner
     yn = (y - cy) / focal
     sine = (rotation[1, 2] * yn + rotation[2, 2]) / math.sqrt(1.0 + yn * yn)
@@ -538,8 +538,8 @@ def draw_ground_and_sky(
     ``frame`` is (out (C, H, W), alpha, weight, depth inverse, ids); see ``_ground_row`` for the other tuples.
     """
     out, alpha, weight, depth_inverse, ids = frame
-    focal, cx, cy = optics
-    height, width = size
+    focal, _, cy = optics
+    height = size[0]
     horizon = cy - focal * rotation[2, 2] / rotation[1, 2]  # rows below it look down
     owner = (weight, depth_inverse, ids)
     free = buf[22]

@@ -146,13 +146,13 @@ def _lamp_glow(kind, actor, centre, normal, rotation, env, table, albedo, out):
     """Add the radiance of a lit head, tail or brake light."""
     if kind == 1 and actor[13] > 0:
         yaw = actor[3]
-        f = l = u = r2 = 0.0
+        f = across = u = r2 = 0.0
         for k in range(3):
             f -= centre[k] * (rotation[k, 0] * math.cos(yaw) + rotation[k, 1] * math.sin(yaw))
-            l -= centre[k] * (rotation[k, 1] * math.cos(yaw) - rotation[k, 0] * math.sin(yaw))
+            across -= centre[k] * (rotation[k, 1] * math.cos(yaw) - rotation[k, 0] * math.sin(yaw))
             u -= centre[k] * rotation[k, 2]
             r2 += centre[k] * centre[k]
-        candela = 0.5 * beam_candela(table, l / f, u / f) if f > 0.05 else 0.0
+        candela = 0.5 * beam_candela(table, across / f, u / f) if f > 0.05 else 0.0
         seen = abs(centre[0] * normal[0] + centre[1] * normal[1] + centre[2] * normal[2]) / math.sqrt(
             r2 + 1e-9
         )
