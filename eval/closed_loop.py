@@ -43,7 +43,7 @@ class EvaluateConfig:
     seed: int = 0
     """First episode seed; recorded datasets begin at one million."""
     threshold: float | None = None
-    """When detectors brake; not given: the threshold stored with each checkpoint."""
+    """When detectors brake; not given: the braking threshold stored with each checkpoint."""
     extra_thresholds: tuple[float, ...] = ()
     """Further operating points for every detector, for the curve of collisions against false braking."""
     workers: int = 0
@@ -141,11 +141,12 @@ def _jobs(config: EvaluateConfig, specs: Sequence[DetectorSpec]) -> Iterator[Job
     """Controls first: they are quick and everything is read against them."""
     for name in config.controls:
         spec = DetectorSpec(
-            name=name, path="", modality="none", threshold=make_control(name).threshold, fingerprint=name
+            name=name, path="", modality="none", threshold=make_control(name).threshold,
+            braking_threshold=make_control(name).threshold, fingerprint=name,
         )  # fmt: skip
-        yield from _episodes(config, spec, "control", spec.threshold, main=True)
+        yield from _episodes(config, spec, "control", spec.braking_threshold, main=True)
     for spec in specs:
-        main = config.threshold if config.threshold is not None else spec.threshold
+        main = config.threshold if config.threshold is not None else spec.braking_threshold
         for threshold in dict.fromkeys((main, *config.extra_thresholds)):
             yield from _episodes(config, spec, "detector", threshold, main=threshold == main)
 

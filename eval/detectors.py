@@ -26,6 +26,7 @@ class DetectorSpec:
         path: The checkpoint's folder, or "module:factory"; what a loader gets.
         modality: "rgb" or "dvs".
         threshold: p from which on it says "crossing"; chosen on validation clips by training.
+        braking_threshold: p from which on the car brakes; chosen there for few false alarms.
         fingerprint: Of its weights and settings.
         test_videos: "<subset>/<video>" that its training kept apart; None where unknown.
         about: The checkpoint's own description, for the report.
@@ -35,6 +36,7 @@ class DetectorSpec:
     path: str
     modality: str
     threshold: float
+    braking_threshold: float
     fingerprint: str
     test_videos: tuple[str, ...] | None = None
     about: dict[str, Any] = field(default_factory=dict)
@@ -54,7 +56,8 @@ def resolve_detectors(names: Sequence[str]) -> list[DetectorSpec]:
 
     Args:
         names: Names of shipped checkpoints, folders, or "module:factory", where the factory takes nothing
-            and returns a perception.detector.Detector; its ``threshold``, where it has one, replaces 0.5.
+            and returns a perception.detector.Detector; its ``threshold`` and ``braking_threshold``,
+            where it has them, replace 0.5.
 
     Raises:
         ConfigError: For a name that is neither, or one that two of them share.
@@ -120,6 +123,7 @@ def _describe_factory(name: str) -> DetectorSpec:
         path=name,
         modality=detector.modality,
         threshold=float(getattr(detector, "threshold", 0.5)),
+        braking_threshold=float(getattr(detector, "braking_threshold", getattr(detector, "threshold", 0.5))),
         fingerprint=hashlib.sha256(content).hexdigest()[:16],
     )
 
@@ -141,6 +145,7 @@ def _describe(folder: Path) -> DetectorSpec:
         path=str(folder),
         modality=config.modality,
         threshold=config.threshold,
+        braking_threshold=config.braking_threshold,
         fingerprint=digest.hexdigest()[:16],
         test_videos=None if test is None else tuple(test),
         about=about,

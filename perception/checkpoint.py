@@ -39,7 +39,8 @@ class CheckpointConfig:
         name: Of the detector, e.g. "sps_r18t-dvs".
         model: A name in ``perception.registry``.
         modality, task, frames, width, preprocess: What it reads and how; task is "detection".
-        threshold: p(crossing) of the best F1 on the validation clips.
+        threshold: p(crossing) of the best F1 on the validation clips: what F-scores use.
+        braking_threshold: p(crossing) with at most 1 % false alarms on them: what brakes use; 1 at most.
         fingerprint: Hash of the training data, ``perception.data.fingerprint``.
         recipe, seed, command: How it was trained.
         training: All other training settings.
@@ -56,6 +57,7 @@ class CheckpointConfig:
     width: float
     preprocess: Preprocess
     threshold: float
+    braking_threshold: float
     task: str = "detection"
     fingerprint: str = ""
     recipe: str = ""
@@ -76,10 +78,11 @@ class CheckpointConfig:
             raise ConfigError(
                 f"modality = {self.modality!r} but the preprocessing is for {self.preprocess.modality!r}."
             )
-        if self.frames < 1 or not 0 <= self.threshold <= 1:
-            raise ConfigError(
-                f"frames = {self.frames!r}, threshold = {self.threshold!r}: must be >= 1 and in [0, 1]."
-            )
+        if self.frames < 1:
+            raise ConfigError(f"frames = {self.frames!r} is not allowed: it must be 1 or more.")
+        for name in ("threshold", "braking_threshold"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise ConfigError(f"{name} = {getattr(self, name)!r} is not allowed: it must be 0 to 1.")
 
 
 def _plain(value: Any) -> Any:

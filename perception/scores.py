@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from sklearn.metrics import average_precision_score, f1_score, precision_recall_curve, roc_auc_score
 
-__all__ = ["best_f1_threshold", "score"]
+__all__ = ["best_f1_threshold", "braking_threshold", "score"]
 
 
 def best_f1_threshold(labels: np.ndarray, probabilities: np.ndarray) -> float:
@@ -14,6 +14,19 @@ def best_f1_threshold(labels: np.ndarray, probabilities: np.ndarray) -> float:
     f1 = 2 * precision * recall / np.maximum(precision + recall, 1e-12)
     f1 = f1[:-1]
     return float(thresholds[np.flatnonzero(f1 == f1.max())[-1]])
+
+
+def braking_threshold(labels: np.ndarray, probabilities: np.ndarray, false_alarms: float = 0.01) -> float:
+    """Return the lowest threshold at which at most a share ``false_alarms`` of the negatives is at or above it.
+
+    The best F1 counts a missed clip and a false alarm alike; a car that brakes sees thirty windows a second, nearly
+    all of them negative, and must not stop for a tenth of them. nan without negatives.
+    """
+    negatives = np.sort(probabilities[labels == 0])
+    if not negatives.size:
+        return float("nan")
+    allowed = int(false_alarms * negatives.size)
+    return float(np.nextafter(negatives[negatives.size - 1 - allowed], np.inf))
 
 
 def score(labels: np.ndarray, probabilities: np.ndarray, threshold: float, prefix: str) -> dict[str, float]:

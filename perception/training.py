@@ -24,7 +24,7 @@ from perception.preprocess import Preprocess
 from perception.recipes import RECIPES, Recipe, augment, learning_rate, make_optimizer
 from perception.registry import create_network
 from perception.run_state import RunState, load_best, load_run, peek, save_run
-from perception.scores import best_f1_threshold, score
+from perception.scores import best_f1_threshold, braking_threshold, score
 from perception.streaming import clip_tensor
 from perception.train_config import TrainConfig, TrainResult
 
@@ -234,6 +234,7 @@ class _Trainer:
         parts: tuple[Part, ...] = ("validation", "test")
         p = {part: torch.sigmoid(self._logits(part).double()).numpy() for part in parts}
         threshold = best_f1_threshold(self.parts["validation"].labels, p["validation"])
+        braking = min(braking_threshold(self.parts["validation"].labels, p["validation"]), 1.0)
         metrics: dict[str, Any] = {"best_epoch": state.best_epoch, "epochs": state.epoch}
         for part in parts:
             metrics |= score(self.parts[part].labels, p[part], threshold, part)
@@ -241,6 +242,7 @@ class _Trainer:
             name=config.name or f"{config.model}-{config.modality}",
             model=config.model, modality=config.modality,
             frames=config.frames, width=config.width, preprocess=self.preprocess, threshold=threshold,
+            braking_threshold=braking,
             fingerprint=print_of_data, recipe=config.recipe, seed=config.seed, command=command,
             training=config.settings() | {"stop_reason": state.stop_reason},
             splits={part: list(data.video_names) for part, data in self.parts.items()}, metrics=metrics,

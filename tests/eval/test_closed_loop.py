@@ -18,7 +18,14 @@ VOLATILE = ("wall_s", "detector_ms_mean", "detector_ms_p95")
 
 
 def spec(name, **changes):
-    base = DetectorSpec(name=name, path=name, modality="rgb", threshold=0.5, fingerprint=f"weights of {name}")
+    base = DetectorSpec(
+        name=name,
+        path=name,
+        modality="rgb",
+        threshold=0.5,
+        braking_threshold=0.5,
+        fingerprint=f"weights of {name}",
+    )
     return dataclasses.replace(base, **changes)
 
 

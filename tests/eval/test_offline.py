@@ -19,7 +19,13 @@ def write_video(root, name, labels, values, subset="default"):
 
 
 def spec(name="sharp", **changes):
-    facts = {"name": name, "path": name, "modality": "rgb", "threshold": 0.5, "fingerprint": "f"}
+    facts: dict = {"braking_threshold": 0.9} | {
+        "name": name,
+        "path": name,
+        "modality": "rgb",
+        "threshold": 0.5,
+        "fingerprint": "f",
+    }
     return DetectorSpec(**(facts | changes))
 
 

@@ -19,6 +19,7 @@ def saved(tmp_path):
     network = create_network("sps_r18t", in_channels=2, frames=3, width=0.125)
     config = CheckpointConfig(
         name="small", model="sps_r18t", modality="dvs", frames=3, width=0.125, preprocess=VIEW, threshold=0.4,
+        braking_threshold=0.9,
         metrics={"test_auroc": float("nan"), "test_f1": 0.5}, splits={"test": ["dataset/a"]},
     )  # fmt: skip
     return save_checkpoint(tmp_path / "small", network, config), network
