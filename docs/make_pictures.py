@@ -48,8 +48,8 @@ def row(weather: str, seed: int, steps: int) -> np.ndarray:
 def main() -> None:
     seed, steps = best_moment("clear")
     picture = np.vstack([row(weather, seed, steps) for weather in WEATHERS])
-    path = Path(__file__).parent / "street.png"
-    cv2.imwrite(str(path), np.ascontiguousarray(picture[..., ::-1]), [cv2.IMWRITE_PNG_COMPRESSION, 9])
+    path = Path(__file__).parent / "street.jpg"
+    cv2.imwrite(str(path), np.ascontiguousarray(picture[..., ::-1]), [cv2.IMWRITE_JPEG_QUALITY, 88])
     print(f"{path}: episode {seed}, step {steps}")
 
 
