@@ -32,8 +32,8 @@ DATA_SEED = 500_000
 EPOCHS = {"sps_r18t_add": 6, "pt_resnet18": 5, "stacked_resnet18": 10}
 """Epochs, not minutes, so that a slower machine makes the same networks.
 
-The spiking one joins its residuals by ADD: with the paper's IAND the same recipe is still near chance (validation AUROC 0.53
-on DVS, 0.56 on RGB) after 3 epochs.
+The spiking one joins its residuals by ADD: with the paper's IAND the same recipe is still near chance
+(validation AUROC 0.53 on DVS, 0.56 on RGB) after 3 epochs.
 """
 
 

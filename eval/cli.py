@@ -200,19 +200,11 @@ def _demo(arguments: list[str], console: Console) -> None:
 
 def _warmup(arguments: list[str], console: Console) -> None:
     _no_options(arguments, "warmup")
-    import numpy as np
-
-    from eval.jobs import make_env
-    from pedcross_env.config import EnvConfig
+    from pedcross_env.warmup import compile_kernels
 
     _say(console, "compiling the kernels of camera, weather and sensors; once per installation ...")
     begin_s = time.perf_counter()
-    env = make_env(EnvConfig())
-    for weather in ("clear", "rain", "fog"):
-        env.reset(seed=0, options={"weather": weather})
-        for _ in range(2):
-            env.step(np.zeros(1, np.float32))
-    env.close()
+    compile_kernels()
     _say(console, f"ready after {time.perf_counter() - begin_s:.1f} s")
 
 

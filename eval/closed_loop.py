@@ -20,6 +20,7 @@ from eval.store import RowLog, prepare_folder, write_json, write_rows
 from pedcross_env import __version__
 from pedcross_env.config import CameraConfig, EgoConfig, EnvConfig, LabelConfig, TrafficConfig, require
 from pedcross_env.errors import unknown_name
+from pedcross_env.warmup import COMPILING, compile_kernels
 
 __all__ = ["EvaluateConfig", "EvaluateReport", "check_weathers", "evaluate"]
 
@@ -118,7 +119,10 @@ def evaluate(
     log.rewrite(stored)
     todo = [job for job in jobs if job.key not in rows]
     already = len(rows)
-    progress(already, len(jobs), "")
+    compiles = bool(todo) and env_factory is make_env
+    progress(already, len(jobs), COMPILING if compiles else "")
+    if compiles:  # once here, not once in every worker
+        compile_kernels()
     for row in play_jobs(todo, config.workers or os.cpu_count() or 1, env_factory, loader):
         log.append(row)
         rows[_row_key(row)] = row

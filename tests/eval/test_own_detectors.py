@@ -6,7 +6,7 @@ from eval.detectors import load_detector, resolve_detectors
 from pedcross_env.errors import ConfigError
 from perception.contract import check_detector
 
-SOURCE = '''
+SOURCE = """
 import numpy as np
 
 class MoreEventsThanUsual:
@@ -26,7 +26,7 @@ def factory():
 
 def unfinished():
     return object()
-'''
+"""
 
 
 @pytest.fixture
@@ -40,7 +40,12 @@ def mine(tmp_path, monkeypatch):
 
 def test_a_factory_is_described_and_loaded(mine):
     (spec,) = resolve_detectors([f"{mine}:factory"])
-    assert (spec.name, spec.modality, spec.threshold, spec.braking_threshold) == ("more-events", "dvs", 0.5, 0.8)
+    assert (spec.name, spec.modality, spec.threshold, spec.braking_threshold) == (
+        "more-events",
+        "dvs",
+        0.5,
+        0.8,
+    )
     assert "streaming_equals_windows" in check_detector(load_detector(spec.path), (16, 24))
 
 

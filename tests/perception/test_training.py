@@ -100,7 +100,7 @@ def test_time_ends_a_run_and_more_time_continues_it(data, tmp_path):
 
 @pytest.mark.parametrize("model", ["stacked_resnet18", "pt_resnet18", "sps_r18t_add"])
 def test_networks_learn_what_can_be_learned(data, tmp_path, model):
-    result = train(settings(data, tmp_path, model=model, epochs=8, test_stride=1), console=QUIET)
+    result = train(settings(data, tmp_path, model=model, epochs=14, test_stride=1), console=QUIET)
     assert result.metrics["test_auroc"] > 0.9
     assert result.history[-1]["train_loss"] < result.history[0]["train_loss"]
 
