@@ -23,7 +23,7 @@ class TrainConfig:
     Attributes:
         data: Root of the frame folders.
         out: Folder of the checkpoint; the unfinished run lies in ``out/run``.
-        subsets: E.g. ("dataset", "dataset_weather"), read together.
+        subsets: Read together: those of ``pedcross generate``, or the paper's ("dataset", "dataset_weather").
         view: "compact" or "paper" preprocessing, at width_px x height_px.
         train_stride: Frames between windows of training and validation (the paper: 1).
         test_stride: The same for the test; None: no overlap.
@@ -38,7 +38,7 @@ class TrainConfig:
 
     data: Path
     out: Path
-    subsets: tuple[str, ...] = ("dataset",)
+    subsets: tuple[str, ...] = ("default", "weather")
     model: str = "sps_r18t"
     modality: Modality = "dvs"
     frames: int = 9
