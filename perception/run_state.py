@@ -29,7 +29,7 @@ class RunState:
         epoch: Epochs done.
         best_epoch, best_value: Of the watched validation metric; epoch 0: none yet.
         stale: Epochs since it improved.
-        elapsed_s: Wall-clock time of all sessions.
+        elapsed_s: Wall-clock time, resumptions included.
         history: One record per epoch.
         finished: The checkpoint is written.
         stop_reason: Why it ended.

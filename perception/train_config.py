@@ -28,7 +28,7 @@ class TrainConfig:
         train_stride: Frames between windows of training and validation (the paper: 1).
         test_stride: The same for the test; None: no overlap.
         epochs: None: the recipe's.
-        max_minutes: Stop after the epoch in which this much time is spent, over all sessions.
+        max_minutes: Stop after the epoch in which this much time is spent, resumptions included.
         precision: "bf16" computes convolutions in bfloat16 (faster where the CPU has AMX or AVX512-BF16).
         stratify: See ``split_by_video``.
         on_error: "skip" leaves out damaged images and reports them.

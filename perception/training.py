@@ -80,7 +80,7 @@ def _may_go_on(config: TrainConfig, state: RunState) -> bool:
 
 
 class _Trainer:
-    """One session of one run."""
+    """One run, from its start or from where it was stopped."""
 
     def __init__(
         self, config: TrainConfig, folders: list[FrameFolder], state: RunState, console: Console
