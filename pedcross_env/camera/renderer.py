@@ -110,11 +110,12 @@ class Renderer:
         optics, rotation, camera = (pose.focal_px, pose.cx, pose.cy), pose.rotation, pose.origin
         v = self._vehicles
         frame = (out, self._alpha, self._nearest, self._weight, depth, ids)
+        owners = not luminance_only or self._weather.wetness > 0  # a wet road mirrors by depth
         draw_scene(
             numbers, idents, looks, builds, BODY_CAPSULES,
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
             MATERIALS, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame),
-            rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], frame, self._buf,
+            rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], frame, owners, self._buf,
         )  # fmt: skip
         polygons, info, capsules = self._shadows(numbers, idents, builds, snapshot.ego, camera, light)
         street = (
@@ -179,7 +180,7 @@ class Renderer:
             MATERIALS, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame),
             pose.rotation, pose.origin, self._environment(pose, snapshot.ego, light), np.zeros((0, 3)), np.zeros((0, 13)), self._table,
             (pose.focal_px, pose.cx, pose.cy), self._xs, shape, self._scratch[1],
-            (out, self._alpha, self._nearest, self._weight, depth, ids), self._buf,
+            (out, self._alpha, self._nearest, self._weight, depth, ids), True, self._buf,
         )  # fmt: skip
         return int(np.count_nonzero(ids == actor_id))
 

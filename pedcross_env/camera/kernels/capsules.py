@@ -83,7 +83,7 @@ def _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse):
 
 
 @kernel
-def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, seg, box):
+def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, seg, spans):
     """Draw a tapered capsule into its object's scratch planes.
 
     Args:
@@ -99,7 +99,7 @@ def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch,
         size: (height, width).
         scratch: (planes, alpha, inverse depth).
         seg: (11,) float32 work space; the last is 1 where primitives are drawn strictly front to back.
-        box: Bounding box to extend.
+        spans: What the object covers, extended by ``grow``.
     """
     focal, cx, cy = optics
     height, width = size
@@ -134,4 +134,4 @@ def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch,
         f0, f1 = _span(u0, v0, q0, u1, v1, q1, row, a, b)
         if f1 > f0:
             _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse)
-    grow(box, a, b, row0, row1)
+            grow(spans, row, f0, f1)

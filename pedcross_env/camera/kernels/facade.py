@@ -211,7 +211,7 @@ def panel_work():
 
 @kernel
 def draw_panel(
-    panel, rotation, camera, env, table, lamp_maps, map_frame, optics, xs, size, scratch, buf, work, box
+    panel, rotation, camera, env, table, lamp_maps, map_frame, optics, xs, size, scratch, buf, work, spans
 ):
     """Draw one panel into the buildings' scratch planes; nothing where the camera is behind it.
 
@@ -224,7 +224,7 @@ def draw_panel(
     nx, ny = panel[4], -panel[3]
     if (camera[0] - panel[0]) * nx + (camera[1] - panel[1]) * ny <= 1e-6:
         return
-    axis, normal, up, origin, corners3, corners, point, spans = work
+    axis, normal, up, origin, corners3, corners, point, listed = work
     for k in range(3):
         axis[k] = rotation[k, 0] * panel[3] + rotation[k, 1] * panel[4]
         normal[k] = rotation[k, 0] * nx + rotation[k, 1] * ny
@@ -262,7 +262,7 @@ def draw_panel(
             row < bottom and n < CHUNK
         ):  # gather a list of pixels: few long loops instead of many short ones
             a, b = cover_row(corners, count, row, width, buf[0, n:])
-            spans[row - first, 0], spans[row - first, 1] = a, b
+            listed[row - first, 0], listed[row - first, 1] = a, b
             for i in range(b - a):
                 buf[21, n + i] = xs[a + i]
                 buf[22, n + i] = np.float32(row + 0.5)
@@ -357,11 +357,11 @@ def draw_panel(
             _to_luminance(buf[4, :n], buf[5, :n], buf[6, :n])
         at = 0
         for r in range(first, row):
-            a, b = spans[r - first, 0], spans[r - first, 1]
+            a, b = listed[r - first, 0], listed[r - first, 1]
             if b > a:
                 end = at + b - a
                 merge_row(buf, 4, 0, 2, at, scratch, r, a, b)
-                grow(box, a, b, r, r + 1)
+                grow(spans, r, a, b)
                 at = end
 
 

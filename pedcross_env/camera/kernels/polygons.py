@@ -59,10 +59,14 @@ def project_clipped(points, count, focal, cx, cy, out):
 
 
 @kernel
-def grow(box, u0, u1, v0, v1):
-    """Extend an object's bounding box (u0, u1, v0, v1)."""
-    box[0], box[1] = min(box[0], u0), max(box[1], u1)
-    box[2], box[3] = min(box[2], v0), max(box[3], v1)
+def grow(spans, row, a, b):
+    """Extend what an object covers: columns a to b of a row.
+
+    spans: (H + 1, 2) int32, the first column and the one beyond the last of each row; in the last row of the array, those of rows.
+    """
+    spans[row, 0], spans[row, 1] = min(spans[row, 0], a), max(spans[row, 1], b)
+    rows = spans[spans.shape[0] - 1]
+    rows[0], rows[1] = min(rows[0], row), max(rows[1], row + 1)
 
 
 @kernel
@@ -280,7 +284,7 @@ def draw_polyhedron(
     scratch,
     buf,
     work,
-    box,
+    spans,
 ):
     """Draw one convex polyhedron into its object's scratch planes.
 
@@ -299,7 +303,7 @@ def draw_polyhedron(
         scratch: (planes (C, H, W), alpha (H, W), inverse depth (H, W)).
         buf: (24, >= W + 2) float32 work space.
         work: From ``polyhedron_work``.
-        box: (4,) int64 bounding box to extend.
+        spans: What the object covers, extended by ``grow``.
     """
     height, width = size
     shapes, facts, slopes, shades = work[0], work[1], work[2], work[3]
@@ -344,4 +348,4 @@ def draw_polyhedron(
                     _divide(buf[k, :m], buf[1, :m])
         _saturate(buf[1, :m])
         merge_row(buf, 3, 1, 2, 0, scratch, row, a, b)
-        grow(box, a, b, row, row + 1)
+        grow(spans, row, a, b)

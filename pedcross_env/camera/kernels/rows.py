@@ -1,7 +1,7 @@
-"""Loops over one row of pixels: coverage, merging within an object, compositing onto the frame.
+"""Loops over one row of pixels: merging within an object, compositing onto the frame.
 
-All arrays are row slices of the same length. Loops are free of branches and write one array each: with more, the compiler
-gives up proving that they do not overlap, and does not vectorise.
+All arrays are row slices of the same length. Loops are free of branches, so that they vectorise; each exists for one plane
+(luminance) and for three (colour).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ __all__ = [
 ]
 
 F0, F1, HALF = np.float32(0), np.float32(1), np.float32(0.5)
+TINY = np.float32(1e-6)
 SOLID_M = np.float32(0.02)  # how far surfaces of one object may pass through each other
 FAR = np.float32(1e-9)  # added to inverse depths where nothing is
 
@@ -58,39 +59,38 @@ def nearness(inverse_new, inverse_old, thickness):
 
 
 @kernel
-def _merge_front(alpha_new, inverse_new, alpha, inverse, front):
-    for i in range(alpha.shape[0]):
-        a, old = alpha_new[i], alpha[i]
-        near = nearness(inverse_new[i] + FAR, inverse[i], SOLID_M)
-        front[i] = near * a + (F1 - near) * (min(F1, a + old) - old)
+def fill_row(value, out):
+    """Set a row."""
+    for i in range(out.shape[0]):
+        out[i] = value
 
 
 @kernel
-def _merge_back(alpha_new, inverse_new, alpha, inverse, back):
+def _merge_grey(cover, depth, colour, alpha, inverse, plane):
     for i in range(alpha.shape[0]):
-        near = nearness(inverse_new[i] + FAR, inverse[i], SOLID_M)
-        back[i] = near * min(F1, (F1 - alpha_new[i]) / max(alpha[i], np.float32(1e-6))) + (F1 - near)
+        new, old = cover[i], alpha[i]
+        near = nearness(depth[i] + FAR, inverse[i], SOLID_M)
+        total = min(F1, new + old)
+        front = near * new + (F1 - near) * (total - old)
+        back = near * min(F1, (F1 - new) / max(old, TINY)) + (F1 - near)
+        inverse[i] = (inverse[i] * old * back + depth[i] * front) / max(total, TINY)
+        alpha[i] = total
+        plane[i] = plane[i] * back + colour[i] * front
 
 
 @kernel
-def _merge_inverse(alpha_new, inverse_new, alpha, front, back, inverse):
+def _merge_colour(cover, depth, red, green, blue, alpha, inverse, plane0, plane1, plane2):
     for i in range(alpha.shape[0]):
-        total = min(F1, alpha_new[i] + alpha[i])
-        inverse[i] = (inverse[i] * alpha[i] * back[i] + inverse_new[i] * front[i]) / max(
-            total, np.float32(1e-6)
-        )
-
-
-@kernel
-def _merge_alpha(alpha_new, alpha):
-    for i in range(alpha.shape[0]):
-        alpha[i] = min(F1, alpha_new[i] + alpha[i])
-
-
-@kernel
-def _merge_plane(colour, front, back, plane):
-    for i in range(plane.shape[0]):
-        plane[i] = plane[i] * back[i] + colour[i] * front[i]
+        new, old = cover[i], alpha[i]
+        near = nearness(depth[i] + FAR, inverse[i], SOLID_M)
+        total = min(F1, new + old)
+        front = near * new + (F1 - near) * (total - old)
+        back = near * min(F1, (F1 - new) / max(old, TINY)) + (F1 - near)
+        inverse[i] = (inverse[i] * old * back + depth[i] * front) / max(total, TINY)
+        alpha[i] = total
+        plane0[i] = plane0[i] * back + red[i] * front
+        plane1[i] = plane1[i] * back + green[i] * front
+        plane2[i] = plane2[i] * back + blue[i] * front
 
 
 @kernel
@@ -98,7 +98,7 @@ def merge_row(buf, colour, cover, depth, at, scratch, row, a, b):
     """Unite a primitive's pixels with its object: the nearer covers, coverage adds up to 1 (no seams).
 
     Args:
-        buf: Work space; rows 12 and 13 are overwritten from 0 on.
+        buf: Work space that holds the primitive.
         colour: First row of ``buf`` with the primitive's radiance, not premultiplied.
         cover: Row with its coverage.
         depth: Row with its inverse depth.
@@ -109,100 +109,80 @@ def merge_row(buf, colour, cover, depth, at, scratch, row, a, b):
         b: Column beyond the last.
     """
     planes, alphas, inverses = scratch
-    n = b - a
-    alpha_new, inverse_new = buf[cover, at : at + n], buf[depth, at : at + n]
-    alpha, inverse, front, back = alphas[row, a:b], inverses[row, a:b], buf[12, :n], buf[13, :n]
-    _merge_front(alpha_new, inverse_new, alpha, inverse, front)
-    _merge_back(alpha_new, inverse_new, alpha, inverse, back)
-    _merge_inverse(alpha_new, inverse_new, alpha, front, back, inverse)
-    _merge_alpha(alpha_new, alpha)
-    for c in range(planes.shape[0]):
-        _merge_plane(buf[colour + c, at : at + n], front, back, planes[c, row, a:b])
+    e = at + b - a
+    new, inverse_new = buf[cover, at:e], buf[depth, at:e]
+    alpha, inverse = alphas[row, a:b], inverses[row, a:b]
+    if planes.shape[0] == 1:
+        _merge_grey(new, inverse_new, buf[colour, at:e], alpha, inverse, planes[0, row, a:b])
+    else:
+        _merge_colour(
+            new, inverse_new, buf[colour, at:e], buf[colour + 1, at:e], buf[colour + 2, at:e], alpha, inverse,
+            planes[0, row, a:b], planes[1, row, a:b], planes[2, row, a:b],
+        )  # fmt: skip
 
 
 @kernel
-def _keep(alpha_new, inverse_new, nearest, back):
-    for i in range(back.shape[0]):
-        back[i] = F1 - alpha_new[i] if inverse_new[i] > nearest[i] else F1
+def _passed(inverse_new, beta, passed):
+    for i in range(passed.shape[0]):
+        passed[i] = exp_minus(beta / max(inverse_new[i], np.float32(1e-5)))
 
 
 @kernel
-def _share(alpha_new, inverse_new, nearest, alpha, share):
-    for i in range(share.shape[0]):
-        share[i] = alpha_new[i] if inverse_new[i] > nearest[i] else alpha_new[i] * (F1 - alpha[i])
-
-
-@kernel
-def _passed(inverse_new, beta, front):
-    for i in range(front.shape[0]):
-        front[i] = exp_minus(beta / max(inverse_new[i], np.float32(1e-5)))
-
-
-@kernel
-def _haze(share, passed, haze):
-    for i in range(haze.shape[0]):
-        haze[i] = share[i] * (F1 - passed[i])
-
-
-@kernel
-def _scale(inverse_new, nearest, alpha, front):
-    for i in range(front.shape[0]):
-        front[i] *= F1 if inverse_new[i] > nearest[i] else F1 - alpha[i]
-
-
-@kernel
-def _nearest(inverse_new, alpha, back, share, nearest):
-    for i in range(nearest.shape[0]):
-        kept = alpha[i] * back[i]
-        nearest[i] = (nearest[i] * kept + inverse_new[i] * share[i]) / max(kept + share[i], np.float32(1e-6))
-
-
-@kernel
-def _frame_alpha(back, share, alpha):
+def _over_grey(new, inverse_new, passed, colour, air, alpha, nearest, plane):
     for i in range(alpha.shape[0]):
-        alpha[i] = alpha[i] * back[i] + share[i]
+        a, v, old, kept_inverse = new[i], inverse_new[i], alpha[i], nearest[i]
+        nearer = v > kept_inverse
+        back = F1 - a if nearer else F1
+        front = F1 if nearer else F1 - old
+        share, kept = a * front, old * back
+        t = passed[i]
+        plane[i] = plane[i] * back + colour[i] * (front * t) + share * (F1 - t) * air
+        nearest[i] = (kept_inverse * kept + v * share) / max(kept + share, TINY)
+        alpha[i] = kept + share
+        new[i] = F0
+        inverse_new[i] = F0
+        colour[i] = F0
 
 
 @kernel
-def _composite_plane(colour, front, back, haze, air, plane):
-    for i in range(plane.shape[0]):
-        plane[i] = plane[i] * back[i] + colour[i] * front[i] + haze[i] * air
+def _own(new, inverse_new, alpha, nearest, ident, weight, depth, ids):
+    for i in range(alpha.shape[0]):
+        a, v = new[i], inverse_new[i]
+        nearer = v > nearest[i]
+        share = a if nearer else a * (F1 - alpha[i])
+        held = weight[i] * (F1 - a) if nearer else weight[i]
+        owns = share > held
+        ids[i] = ident if owns else ids[i]
+        depth[i] = v if owns else depth[i]
+        weight[i] = share if owns else held
 
 
 @kernel
-def _clear_air_plane(colour, front, back, plane):
-    for i in range(plane.shape[0]):
-        plane[i] = plane[i] * back[i] + colour[i] * front[i]
+def _over_colour(new, inverse_new, passed, red, green, blue, air, alpha, nearest, plane0, plane1, plane2):
+    air0, air1, air2 = air[0], air[1], air[2]
+    for i in range(alpha.shape[0]):
+        a, v, old, kept_inverse = new[i], inverse_new[i], alpha[i], nearest[i]
+        nearer = v > kept_inverse
+        back = F1 - a if nearer else F1
+        front = F1 if nearer else F1 - old
+        share, kept = a * front, old * back
+        t = passed[i]
+        through, haze = front * t, share * (F1 - t)
+        plane0[i] = plane0[i] * back + red[i] * through + haze * air0
+        plane1[i] = plane1[i] * back + green[i] * through + haze * air1
+        plane2[i] = plane2[i] * back + blue[i] * through + haze * air2
+        nearest[i] = (kept_inverse * kept + v * share) / max(kept + share, TINY)
+        alpha[i] = kept + share
+        new[i] = F0
+        inverse_new[i] = F0
+        red[i] = F0
+        green[i] = F0
+        blue[i] = F0
 
 
 @kernel
-def _owner_id(share, back, weight, ident, ids):
-    for i in range(ids.shape[0]):
-        ids[i] = ident if share[i] > weight[i] * back[i] else ids[i]
-
-
-@kernel
-def _owner_depth(share, back, weight, inverse_new, depth_inverse):
-    for i in range(depth_inverse.shape[0]):
-        depth_inverse[i] = inverse_new[i] if share[i] > weight[i] * back[i] else depth_inverse[i]
-
-
-@kernel
-def _owner_weight(share, back, weight):
-    for i in range(weight.shape[0]):
-        weight[i] = max(share[i], weight[i] * back[i])
-
-
-@kernel
-def fill_row(value, out):
-    """Set a row."""
-    for i in range(out.shape[0]):
-        out[i] = value
-
-
-@kernel
-def composite_row(scratch, row, a, b, beta, air, ident, frame, buf):
-    """Put an object's row onto the frame, fog applied, over what is farther and under what is nearer; clear it.
+def composite_row(scratch, row, a, b, beta, air, ident, frame, owners, buf):
+    """Put an object's row onto the frame, fog applied, over what is nearer and under what is farther; clear it.
 
     Args:
         scratch: The object's (premultiplied radiance (C, H, W), coverage, inverse depth); zeroed between a and b.
@@ -214,33 +194,33 @@ def composite_row(scratch, row, a, b, beta, air, ident, frame, buf):
         ident: Instance id.
         frame: (premultiplied radiance (C, H, W), coverage, inverse depth of what is visible, visible share of the pixel's owner,
             its inverse depth, its id).
-        buf: Work space; rows 0 to 3 are overwritten.
+        owners: Whether to keep track of each pixel's owner.
+        buf: Work space; row 0 is overwritten.
     """
     planes, alphas_new, inverses_new = scratch
     out, alphas, nearests, weights, depths, ids = frame
-    n = b - a
-    alpha_new, inverse_new = alphas_new[row, a:b], inverses_new[row, a:b]
-    alpha, nearest, weight = alphas[row, a:b], nearests[row, a:b], weights[row, a:b]
-    front, back, haze, share = buf[0, :n], buf[1, :n], buf[2, :n], buf[3, :n]
-    _keep(alpha_new, inverse_new, nearest, back)
-    _share(alpha_new, inverse_new, nearest, alpha, share)
+    new, inverse_new = alphas_new[row, a:b], inverses_new[row, a:b]
+    alpha, nearest = alphas[row, a:b], nearests[row, a:b]
+    if owners:
+        _own(
+            new,
+            inverse_new,
+            alpha,
+            nearest,
+            np.int32(ident),
+            weights[row, a:b],
+            depths[row, a:b],
+            ids[row, a:b],
+        )
+    passed = buf[0, : b - a]
     if beta > F0:
-        _passed(inverse_new, beta, front)
-        _haze(share, front, haze)
+        _passed(inverse_new, beta, passed)
     else:
-        fill_row(F1, front)
-    _scale(inverse_new, nearest, alpha, front)
-    for c in range(out.shape[0]):
-        plane = planes[c, row, a:b]
-        if beta > F0:
-            _composite_plane(plane, front, back, haze, air[c], out[c, row, a:b])
-        else:
-            _clear_air_plane(plane, front, back, out[c, row, a:b])
-        fill_row(F0, plane)
-    _nearest(inverse_new, alpha, back, share, nearest)
-    _frame_alpha(back, share, alpha)
-    _owner_id(share, back, weight, np.int32(ident), ids[row, a:b])
-    _owner_depth(share, back, weight, inverse_new, depths[row, a:b])
-    _owner_weight(share, back, weight)
-    fill_row(F0, alpha_new)
-    fill_row(F0, inverse_new)
+        fill_row(F1, passed)
+    if out.shape[0] == 1:
+        _over_grey(new, inverse_new, passed, planes[0, row, a:b], air[0], alpha, nearest, out[0, row, a:b])
+    else:
+        _over_colour(
+            new, inverse_new, passed, planes[0, row, a:b], planes[1, row, a:b], planes[2, row, a:b], air, alpha, nearest,
+            out[0, row, a:b], out[1, row, a:b], out[2, row, a:b],
+        )  # fmt: skip

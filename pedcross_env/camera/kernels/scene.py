@@ -29,6 +29,7 @@ from pedcross_env.camera.kernels.rows import composite_row
 
 __all__ = ["draw_scene"]
 
+NOWHERE = 1 << 30
 MAX_PRIMITIVES = 64  # of one body or tree
 VEGETATION = -3  # contracts.StaticClass
 LUMA_R, LUMA_G, LUMA_B = 0.2126, 0.7152, 0.0722
@@ -42,7 +43,7 @@ def _to_camera(rotation, camera, x, y, z, out):
 
 
 @kernel
-def _capsule_lit(p0, p1, r0, r1, albedo, shine, env, lamps, beams, table, optics, size, scratch, work, box):
+def _capsule_lit(p0, p1, r0, r1, albedo, shine, env, lamps, beams, table, optics, size, scratch, work, spans):
     """Light one capsule at its middle (the ego's beam at both ends) and draw it."""
     middle, field, light, heads, sun, head, seg = work
     channels = light.shape[0]
@@ -71,7 +72,7 @@ def _capsule_lit(p0, p1, r0, r1, albedo, shine, env, lamps, beams, table, optics
         away += (env[ENV_BEAM_POSITION + k] - middle[k]) ** 2
     for k in range(3):
         head[k] = (env[ENV_BEAM_POSITION + k] - middle[k]) / math.sqrt(away)
-    draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, seg, box)
+    draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, seg, spans)
 
 
 @njit(cache=True)
@@ -114,7 +115,7 @@ def _draw_pedestrian(
     scratch,
     work,
     bones,
-    box,
+    spans,
 ):
     joints, world, keys, order = bones
     height = actor[8]
@@ -137,7 +138,7 @@ def _draw_pedestrian(
         a, b = int(body[k, 0]), int(body[k, 1])
         _capsule_lit(
             world[a], world[b], body[k, 2] * height * scale, body[k, 3] * height * scale, look[slot], 0.0, env, lamps, beams, table,
-            optics, size, scratch, work, box,
+            optics, size, scratch, work, spans,
         )  # fmt: skip
 
 
@@ -186,7 +187,7 @@ def _draw_vehicle(
     work,
     hulls,
     car,
-    box,
+    spans,
 ):
     points, model_points, model_parts, part_faces, face_start, corners, surface, detail, nominal = vehicles
     channels = scratch[0].shape[0]
@@ -240,7 +241,7 @@ def _draw_vehicle(
     for part in range(model_parts[model], model_parts[model + 1]):
         first, last = part_faces[part], part_faces[part + 1]
         draw_polyhedron(
-            local, first, last, face_start, corners, detail, colours, f0, optics, xs, size, scratch, buf, hulls, box,
+            local, first, last, face_start, corners, detail, colours, f0, optics, xs, size, scratch, buf, hulls, spans,
         )  # fmt: skip
 
 
@@ -260,7 +261,7 @@ def _draw_group(
     scratch,
     work,
     bones,
-    box,
+    spans,
 ):
     """Draw a tree or a lamp; far crowns fade to fewer and larger blobs, continuously."""
     first, last = int(group[0]), int(group[1])
@@ -305,24 +306,22 @@ def _draw_group(
             size,
             scratch,
             work,
-            box,
+            spans,
         )
     seg[10] = 0.0
 
 
 @kernel
-def _put(scratch, box, ident, env, air, frame, buf):
-    """Composite an object's scratch planes onto the frame and clear them."""
-    a, b = box[0], box[1]
-    if b <= a:
-        return
-    for row in range(box[2], box[3]):
-        composite_row(scratch, row, a, b, np.float32(env[ENV_BETA]), air, ident, frame, buf)
-
-
-@kernel
-def _reset_box(box, size):
-    box[0], box[1], box[2], box[3] = size[1], 0, size[0], 0
+def _put(scratch, spans, ident, env, air, frame, owners, buf):
+    """Composite an object's scratch planes onto the frame, clear them and its spans."""
+    last = spans.shape[0] - 1
+    beta = np.float32(env[ENV_BETA])
+    for row in range(spans[last, 0], spans[last, 1]):
+        a, b = spans[row, 0], spans[row, 1]
+        if b > a:
+            composite_row(scratch, row, a, b, beta, air, ident, frame, owners, buf)
+        spans[row, 0], spans[row, 1] = NOWHERE, 0
+    spans[last, 0], spans[last, 1] = NOWHERE, 0
 
 
 @kernel
@@ -362,6 +361,7 @@ def draw_scene(
     size,
     scratch,
     frame,
+    owners,
     buf,
 ):
     """Draw all objects, front to back.
@@ -389,6 +389,7 @@ def draw_scene(
         size: (height, width).
         scratch: (planes (C, H, W), alpha, inverse depth), zeroed; zeroed again on return.
         frame: (out (C, H, W), alpha, nearest, weight, depth inverse, ids).
+        owners: Whether to fill the frame's last three.
         buf: (24, W).
     """
     n, g = actors.shape[0], groups.shape[0]
@@ -411,7 +412,8 @@ def draw_scene(
             air[c] = env[ENV_AIR + c]
         else:
             air[0] += np.float32((LUMA_R, LUMA_G, LUMA_B)[c] * env[ENV_AIR + c])
-    box = np.empty(4, np.int64)
+    spans = np.empty((size[0] + 1, 2), np.int32)
+    spans[:, 0], spans[:, 1] = NOWHERE, 0
     channels = frame[0].shape[0]
     work, hulls, fronts = _capsule_work(channels), polyhedron_work(channels), panel_work()
     bones = (
@@ -427,7 +429,6 @@ def draw_scene(
         np.empty(3),
         np.empty(3),
     )
-    _reset_box(box, size)
     ranks = np.empty(n + g, np.int64)
     _sort(keys, ranks, n + g)
     for k in ranks:
@@ -454,7 +455,7 @@ def draw_scene(
                     work,
                     hulls,
                     car,
-                    box,
+                    spans,
                 )
             else:
                 _draw_pedestrian(
@@ -473,9 +474,9 @@ def draw_scene(
                     scratch,
                     work,
                     bones,
-                    box,
+                    spans,
                 )
-            _put(scratch, box, idents[k, 0], env, air, frame, buf)
+            _put(scratch, spans, idents[k, 0], env, air, frame, owners, buf)
         else:
             _draw_group(
                 groups[k - n],
@@ -492,10 +493,9 @@ def draw_scene(
                 scratch,
                 work,
                 bones,
-                box,
+                spans,
             )
-            _put(scratch, box, int(groups[k - n, 6]), env, air, frame, buf)
-        _reset_box(box, size)
+            _put(scratch, spans, int(groups[k - n, 6]), env, air, frame, owners, buf)
     for side in range(2):  # the two rows of houses apart: their bounding boxes leave out the street
         for i in range(panels.shape[0]):
             if (panels[i, 1] > 0) == (side == 1):
@@ -513,7 +513,6 @@ def draw_scene(
                     scratch,
                     buf,
                     fronts,
-                    box,
+                    spans,
                 )
-        _put(scratch, box, -2, env, air, frame, buf)
-        _reset_box(box, size)
+        _put(scratch, spans, -2, env, air, frame, owners, buf)
