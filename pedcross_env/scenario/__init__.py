@@ -8,9 +8,9 @@ from pedcross_env.scenario.scenario import (
     Scenario,
     VehicleSpec,
 )
-from pedcross_env.scenario.street import Crosswalk, StreetSpec
+from pedcross_env.scenario.street import Crosswalk, Intersection, StreetSpec
 
 __all__ = [
-    "PEDESTRIAN_MODELS", "VEHICLE_MODELS", "Crosswalk", "Leg", "PedestrianSpec", "Scenario", "StreetSpec",
-    "VehicleSpec",
+    "PEDESTRIAN_MODELS", "VEHICLE_MODELS", "Crosswalk", "Intersection", "Leg", "PedestrianSpec", "Scenario",
+    "StreetSpec", "VehicleSpec",
 ]  # fmt: skip

@@ -1,0 +1,204 @@
+"""Where things are on streets that bend or are crossed: street coordinates, lanes, ways through an intersection.
+
+Street coordinates are s, metres along the centre line (x where the street is straight), and d, metres to its left (y).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pedcross_env.config import require
+from pedcross_env.errors import ConfigError, unknown_name
+from pedcross_env.scenario.street import Crosswalk, Intersection, StreetSpec
+
+__all__ = [
+    "Turn", "lane_path", "lanes", "side_street", "to_side_street", "to_street", "to_world", "turning_path",
+]  # fmt: skip
+
+Turn = Literal["left", "right", "straight"]
+
+
+def to_world(
+    street: StreetSpec, s: ArrayLike, d: ArrayLike = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Convert street coordinates to the world's.
+
+    Args:
+        street: Any layout.
+        s: Metres along the centre line, any shape.
+        d: Metres to the left of it, broadcast against ``s``.
+
+    Returns:
+        x and y in metres and the street's heading in rad (0 along x, positive to the left), of the common shape.
+    """
+    s, d = np.broadcast_arrays(np.asarray(s, np.float64), np.asarray(d, np.float64))
+    k, start = street.curvature_per_m, street.curve_start_x_m
+    if k == 0:
+        return s.copy(), d.copy(), np.zeros_like(s)
+    arc = np.clip(s - start, 0.0, street.curve_length_m)
+    heading = k * arc
+    sine, cosine = np.sin(heading), np.cos(heading)
+    beyond = np.maximum(0.0, s - start - street.curve_length_m) + np.minimum(0.0, s - start)
+    # 2 sin^2(a / 2) for 1 - cos a keeps its digits where the street hardly bends
+    x = start + sine / k + beyond * cosine - d * sine
+    y = 2 * np.sin(0.5 * heading) ** 2 / k + beyond * sine + d * cosine
+    return x, y, heading
+
+
+def to_street(street: StreetSpec, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Convert world coordinates to the main street's; the inverse of ``to_world`` out to the curve's centre.
+
+    Args:
+        street: Any layout.
+        x: Metres, any shape.
+        y: Metres, broadcast against ``x``.
+
+    Returns:
+        s and d, in metres, of the common shape.
+    """
+    x, y = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
+    k, start, length = street.curvature_per_m, street.curve_start_x_m, street.curve_length_m
+    if k == 0:
+        return x.copy(), y.copy()
+    side, radius = math.copysign(1.0, k), 1 / abs(k)
+    ahead, inward = x - start, radius - side * y
+    angle = np.arctan2(ahead, inward)
+    angle = np.where(angle < 0, angle + 2 * math.pi, angle)
+    end = abs(k) * length
+    sine, cosine = math.sin(end), math.cos(end)
+    on_arc = start + angle * radius, side * (radius - np.hypot(ahead, inward))
+    beyond = start + length + ahead * cosine - inward * sine
+    after = beyond, side * (radius - ahead * sine - inward * cosine)
+    s = np.where(ahead < 0, x, np.where(angle <= end, on_arc[0], after[0]))
+    d = np.where(ahead < 0, y, np.where(angle <= end, on_arc[1], after[1]))
+    return s, d
+
+
+def _crossing(street: StreetSpec) -> Intersection:
+    if street.intersection is None:
+        raise ConfigError(
+            "StreetSpec.intersection = None: there is no side street; give one, e.g. "
+            "StreetSpec(intersection=Intersection(x_m=60.0))."
+        )
+    return street.intersection
+
+
+def side_street(street: StreetSpec) -> StreetSpec:
+    """Return the side street as a straight street of its own.
+
+    Its s runs along the world's y from -length_m to length_m, 0 where it meets the main street's centre line, and its d
+    is measured towards -x: see ``to_side_street``.
+
+    Raises:
+        ConfigError: Where there is no intersection.
+    """
+    crossing = _crossing(street)
+    away = street.kerb_y_m + crossing.corner_radius_m + 0.5 * crossing.crosswalk_width_m
+    zebras = tuple(
+        Crosswalk(x_m=sign * away, width_m=crossing.crosswalk_width_m)
+        for sign in (-1, 1)
+        if crossing.crosswalk_width_m > 0
+    )
+    return StreetSpec(
+        start_x_m=-crossing.length_m, end_x_m=crossing.length_m, lane_width_m=crossing.lane_width_m,
+        lanes_per_direction=crossing.lanes_per_direction, parking_width_m=crossing.parking_width_m,
+        sidewalk_width_m=crossing.sidewalk_width_m, kerb_height_m=street.kerb_height_m, crosswalks=zebras,
+        seed=street.seed + 7919,
+    )  # fmt: skip
+
+
+def to_side_street(street: StreetSpec, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Convert world coordinates to the side street's s (along y) and d (towards -x).
+
+    Raises:
+        ConfigError: Where there is no intersection.
+    """
+    crossing = _crossing(street)
+    x, y = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
+    return y.copy(), crossing.x_m - x
+
+
+def lanes(street: StreetSpec) -> tuple[tuple[float, int], ...]:
+    """Return each lane's centre line as (d in metres, 1 with s or -1 against it), from right to left."""
+    width, count = street.lane_width_m, street.lanes_per_direction
+    return tuple(((k + 0.5 - count) * width, 1 if k < count else -1) for k in range(2 * count))
+
+
+def lane_path(
+    street: StreetSpec, d_m: float, *, from_s_m: float, to_s_m: float, step_m: float = 0.5
+) -> np.ndarray:
+    """Return the way along a line at constant distance from the centre line.
+
+    Args:
+        street: Any layout.
+        d_m: To the left of the centre line.
+        from_s_m: Where it starts.
+        to_s_m: Where it ends; smaller than ``from_s_m`` to drive against s.
+        step_m: Along the centre line.
+
+    Returns:
+        (N, 3) float64: x, y in metres, heading in rad.
+    """
+    require(step_m > 0, "step_m", step_m, "positive")
+    count = max(2, math.ceil(abs(to_s_m - from_s_m) / step_m) + 1)
+    x, y, heading = to_world(street, np.linspace(from_s_m, to_s_m, count), d_m)
+    return np.stack([x, y, heading + (math.pi if to_s_m < from_s_m else 0.0)], axis=1)
+
+
+def turning_path(
+    street: StreetSpec,
+    turn: Turn,
+    *,
+    quarter_turns: int = 0,
+    before_m: float = 30.0,
+    after_m: float = 30.0,
+    step_m: float = 0.25,
+) -> np.ndarray:
+    """Return a way through the intersection: straight, a quarter of a circle, straight.
+
+    A right turn keeps to the lanes nearest the kerb, around the centre of the kerb's corner; a left turn goes from
+    innermost lane to innermost lane, between the inner edges of the zebras.
+
+    Args:
+        street: With an intersection.
+        turn: "left", "right" or "straight" (in the lane nearest the kerb).
+        quarter_turns: Heading of the approach: 0 along x, 1 along y, 2 against x, 3 against y.
+        before_m: Length of the straight way before the curve (before the middle for "straight").
+        after_m: Beyond it.
+        step_m: Distance between points along the way.
+
+    Returns:
+        (N, 3) float64: x, y in metres, heading in rad (not wrapped), every ``step_m`` of arc length.
+
+    Raises:
+        ConfigError: Where there is no intersection, or for an unknown turn.
+    """
+    crossing = _crossing(street)
+    if turn not in ("left", "right", "straight"):
+        raise unknown_name("turn", turn, ("left", "right", "straight"))
+    require(step_m > 0, "step_m", step_m, "positive")
+    own, other = (street, side_street(street)) if quarter_turns % 2 == 0 else (side_street(street), street)
+    sign = {"left": 1.0, "right": -1.0, "straight": 0.0}[turn]
+    inner = turn == "left"
+    entry = -0.5 * own.lane_width_m if inner else own.ego_lane_y_m
+    leave = sign * (-0.5 * other.lane_width_m if inner else other.ego_lane_y_m) * -1.0
+    corner = crossing.corner_radius_m
+    if inner:
+        radius = min(other.kerb_y_m + leave, own.kerb_y_m - entry) + corner
+    else:
+        radius = min(other.kerb_y_m - abs(leave), own.kerb_y_m - abs(entry)) + corner
+    arc = 0.5 * math.pi * radius if sign else 0.0
+    along = np.arange(0.0, before_m + arc + after_m + 1e-9, step_m) - before_m
+    begin = leave - radius if sign else 0.0
+    angle = np.clip(along / radius, 0.0, 0.5 * math.pi) if sign else np.zeros_like(along)
+    x = begin + np.minimum(along, 0.0) + radius * np.sin(angle)
+    y = entry + sign * 2 * radius * np.sin(0.5 * angle) ** 2
+    rest = np.maximum(along - arc, 0.0)
+    x, y = (x, y + sign * rest) if sign else (x + rest, y)
+    base = 0.5 * math.pi * quarter_turns
+    c, s = round(math.cos(base)), round(math.sin(base))
+    return np.stack([crossing.x_m + c * x - s * y, s * x + c * y, base + sign * angle], axis=1)
