@@ -49,13 +49,17 @@ def _inverse_depth(xs, ys, i0, i1, i2, inverse):
 
 @kernel
 def _coordinates(xs, ys, inverse, i1, i2, n0, n1, n2, shift, coordinate, footprint):
-    """Position on the panel and the pixel's extent there (L1), from quantities linear in column and row."""
+    """Position on the panel and the pixel's extent there, from quantities linear in column and row.
+
+    A box as wide as the gradient is long has the variance of the true footprint (two boxes folded), and so its edges' width.
+    """
     for i in range(xs.shape[0]):
         inv = inverse[i]
         num = n0 + n1 * xs[i] + n2 * ys[i]
         z = F1 / max(inv, np.float32(1e-6))
         coordinate[i] = num * z - shift
-        footprint[i] = (abs(n1 * inv - num * i1) + abs(n2 * inv - num * i2)) * z * z
+        across, down = n1 * inv - num * i1, n2 * inv - num * i2
+        footprint[i] = np.sqrt(across * across + down * down) * z * z
 
 
 @kernel
@@ -148,8 +152,11 @@ def _colour(wall, stone, trim, glass, lit_radiance, height, base_z, frame, pane,
     for i in range(out.shape[0]):
         shade = np.float32(0.72) + np.float32(0.28) * min(F1, (height[i] + base_z) * np.float32(0.2))
         surface = wall + (stone - wall) * base[i]
-        surface += (trim - surface) * min(F1, band[i] + frame[i])
-        out[i] = surface * (F1 - pane[i]) * light[i] * shade + pane[i] * glass + lit[i] * lit_radiance
+        bare = (
+            F1 - pane[i]
+        )  # frames and bands are shares of the pixel, as panes are: they take from the wall alone
+        surface = bare * surface + min(bare, band[i] + frame[i]) * (trim - surface)
+        out[i] = surface * light[i] * shade + pane[i] * glass + lit[i] * lit_radiance
 
 
 @kernel
