@@ -20,19 +20,21 @@ from pedcross_env.camera.kernels.lighting import (
     sky_radiance,
 )  # fmt: skip
 from pedcross_env.camera.kernels.polygons import MAX_CORNERS, cover_row, grow, project_clipped, row_range
-from pedcross_env.camera.kernels.rows import F0, F1, HALF, fill_row, hash01, merge_row
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, hash01, merge_row
 
 __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 
 # a panel: 0-2 origin, 3-5 axis along it, 6 length, 7 height, 8-10 wall albedo, 11 bay, 12 storey, 13 window share of the
 # bay, 14 of the storey, 15 sill height share, 16 seed, 17 base height above the ground, 18 trim albedo factor,
 # 19 height of the ground floor, 20 its bay, 21 its windows' share of the bay, 22-23 their sill and lintel, 24 its albedo factor,
-# 25 where the cornice starts, 26 which map of lamp light, 27 where on it the panel starts, 28 how it runs along it per metre;
-# a bay of 0: a plain wall
-PANEL_SIZE = 29
-CHUNK = 1500  # pixels worked on at a time: fits the first-level caches
+# 25 where the cornice starts; a bay of 0: a plain wall
+PANEL_SIZE = 26
+CHUNK = 480  # pixels worked on at a time: fits the first-level caches
 LIT_SHARE = np.float32(0.22)  # of windows at night
 INV_PI = np.float32(1 / math.pi)
+TWO = np.float32(2.0)
+MARGIN = np.float32(0.09)  # width of a window frame
+LUMA = (0.2126, 0.7152, 0.0722)
 
 
 @inlined
@@ -41,122 +43,160 @@ def _pulse(p, duty):
     return whole * duty + min(p - whole, duty)
 
 
-@kernel
-def _inverse_depth(xs, ys, i0, i1, i2, inverse):
-    for i in range(xs.shape[0]):
-        inverse[i] = i0 + i1 * xs[i] + i2 * ys[i]
+@inlined
+def _interval(low_end, high_end, low, high):
+    """Length of the overlap of two intervals."""
+    return max(F0, min(high_end, high) - max(low_end, low))
 
 
 @kernel
-def _coordinates(xs, ys, inverse, i1, i2, n0, n1, n2, shift, coordinate, footprint):
-    """Position on the panel and the pixel's extent there, from quantities linear in column and row.
+def _place(xs, ys, v0, v1, v2, along, up, shift_s, shift_t, inverse, s, t, ws, wt):
+    """Inverse depth, position on the panel and the pixel's extent there: all rational in column and row.
 
     A box as wide as the gradient is long has the variance of the true footprint (two boxes folded), and so its edges' width.
     """
+    s0, s1, s2 = along
+    t0, t1, t2 = up
     for i in range(xs.shape[0]):
-        inv = inverse[i]
-        num = n0 + n1 * xs[i] + n2 * ys[i]
+        x, y = xs[i], ys[i]
+        inv = v0 + v1 * x + v2 * y
         z = F1 / max(inv, np.float32(1e-6))
-        coordinate[i] = num * z - shift
-        across, down = n1 * inv - num * i1, n2 * inv - num * i2
-        footprint[i] = np.sqrt(across * across + down * down) * z * z
+        a, b = s0 + s1 * x + s2 * y, t0 + t1 * x + t2 * y
+        z2 = z * z
+        inverse[i] = inv
+        s[i] = a * z - shift_s
+        t[i] = b * z - shift_t
+        across, down = s1 * inv - a * v1, s2 * inv - a * v2
+        ws[i] = np.sqrt(across * across + down * down) * z2
+        across, down = t1 * inv - b * v1, t2 * inv - b * v2
+        wt[i] = np.sqrt(across * across + down * down) * z2
 
 
 @kernel
-def _windows(coordinate, footprint, period, duty, margin, phase, outer, inner):
-    """Box-filtered pulse trains: outer with its frame, inner the glass."""
-    for i in range(coordinate.shape[0]):
-        p = coordinate[i] / period - phase
-        w = max(footprint[i] / period, np.float32(1e-4))
-        lo, hi = p - HALF * w, p + HALF * w
-        outer[i] = (_pulse(hi, duty) - _pulse(lo, duty)) / w
-        thin = duty - np.float32(2.0) * margin
-        inner[i] = (_pulse(hi - margin, thin) - _pulse(lo - margin, thin)) / w
+def _pattern(s, t, ws, wt, base_z, upper, ground, stone, trim, pane, shade):
+    """Band-limited pattern of a front.
 
-
-@inlined
-def _interval(t, w, low, high):
-    """Share of the box of width ``w`` around ``t`` that lies between ``low`` and ``high``."""
-    return max(F0, min(t + HALF * w, high) - max(t - HALF * w, low)) / w
-
-
-@kernel
-def _upper_zone(t, footprint, floor, cornice, upper, upper_glass):
-    """Mask the upper storeys' windows to their zone."""
-    for i in range(t.shape[0]):
-        zone = _interval(t[i], max(footprint[i], np.float32(1e-4)), floor, cornice)
-        upper[i] *= zone
-        upper_glass[i] *= zone
-
-
-@kernel
-def _low_windows(t, footprint, sill, lintel, margin, outer, glass):
-    for i in range(t.shape[0]):
-        w = max(footprint[i], np.float32(1e-4))
-        outer[i] = _interval(t[i], w, sill, lintel)
-        glass[i] = _interval(t[i], w, sill + margin, lintel - margin)
-
-
-@kernel
-def _bands(t, footprint, floor, cornice, base, band):
-    """Cover of the ground floor's wall, and of the cornices."""
-    for i in range(t.shape[0]):
-        w = max(footprint[i], np.float32(1e-4))
-        base[i] = _interval(t[i], w, np.float32(-1e3), floor)
-        band[i] = _interval(t[i], w, floor - np.float32(0.3), floor) + _interval(
-            t[i], w, cornice, np.float32(1e3)
-        )
-
-
-@kernel
-def _lit(s, t, ws, wt, bay, storey, low_bay, floor, gaps, seed, share, out, low_out):
-    """Share of windows that are lit, by a hash per window.
-
-    It fades to its mean before a pixel could see two windows: ``gaps`` are the walls between them (metres: along, up, and along
-    the ground floor).
+    Args:
+        s: Along the panel, metres.
+        t: Up.
+        ws: The pixel's extent along.
+        wt: And up.
+        base_z: Height of the panel's foot.
+        upper: (bay, storey, window share along, up, phase along, up, cornice height).
+        ground: (height of the ground floor, its bay, window share, phase, sill, lintel).
+        stone: Filled: cover of the ground floor's wall.
+        trim: Of cornices and window frames.
+        pane: Of glass.
+        shade: Share of the light that reaches so deep into the street.
     """
-    gap_s, gap_t, low_gap = gaps
+    bay, storey, duty_s, duty_t, phase_s, phase_t, cornice = upper
+    floor, low_bay, low_duty, low_phase, sill, lintel = ground
+    ms, mt, ml = MARGIN / bay, MARGIN / storey, MARGIN / low_bay
+    thin_s, thin_t, thin_l = duty_s - TWO * ms, duty_t - TWO * mt, low_duty - TWO * ml
+    inv_bay, inv_storey, inv_low = F1 / bay, F1 / storey, F1 / low_bay
+    for i in range(s.shape[0]):
+        w = max(ws[i], np.float32(4e-4))
+        half = HALF * w
+        p, h = s[i] * inv_bay - phase_s, half * inv_bay
+        rate = bay / w
+        outer = (_pulse(p + h, duty_s) - _pulse(p - h, duty_s)) * rate
+        inner = (_pulse(p + h - ms, thin_s) - _pulse(p - h - ms, thin_s)) * rate
+        p, h = s[i] * inv_low - low_phase, half * inv_low
+        rate = low_bay / w
+        low_outer = (_pulse(p + h, low_duty) - _pulse(p - h, low_duty)) * rate
+        low_inner = (_pulse(p + h - ml, thin_l) - _pulse(p - h - ml, thin_l)) * rate
+        w = max(wt[i], np.float32(4e-4))
+        half, inv = HALF * w, F1 / w
+        low, high = t[i] - half, t[i] + half
+        zone = _interval(low, high, floor, cornice) * inv * inv * storey
+        p, h = t[i] * inv_storey - phase_t, half * inv_storey
+        up_outer = (_pulse(p + h, duty_t) - _pulse(p - h, duty_t)) * zone
+        up_inner = (_pulse(p + h - mt, thin_t) - _pulse(p - h - mt, thin_t)) * zone
+        door_outer = _interval(low, high, sill, lintel) * inv
+        door_inner = _interval(low, high, sill + MARGIN, lintel - MARGIN) * inv
+        glass, low_glass = inner * up_inner, low_inner * door_inner
+        frame = max(F0, outer * up_outer - glass) + max(F0, low_outer * door_outer - low_glass)
+        ledge = _interval(low, high, floor - np.float32(0.3), floor)
+        band = (ledge + _interval(low, high, cornice, np.float32(1e3))) * inv
+        stone[i] = _interval(low, high, np.float32(-1e3), floor) * inv
+        pane[i] = glass + low_glass
+        trim[i] = min(F1 - pane[i], band + frame)  # a share of the pixel, as panes are: it takes from the wall alone
+        shade[i] = np.float32(0.72) + np.float32(0.28) * min(F1, (t[i] + base_z) * np.float32(0.2))
+
+
+@kernel
+def _plain(t, base_z, stone, trim, pane, shade):
+    """Fill the same for a wall without windows."""
+    for i in range(t.shape[0]):
+        stone[i] = F0
+        trim[i] = F0
+        pane[i] = F0
+        shade[i] = np.float32(0.72) + np.float32(0.28) * min(F1, (t[i] + base_z) * np.float32(0.2))
+
+
+@kernel
+def _lit(s, t, ws, wt, upper, ground, seed, share, out):
+    """Radiance share of lit windows, by a hash per window.
+
+    It fades to its mean before a pixel could see two windows.
+    """
+    bay, storey, duty_s, duty_t, phase_s, phase_t, cornice = upper
+    floor, low_bay, low_duty, low_phase, sill, lintel = ground
+    rise = phase_t - floor / storey
+    gap_s, gap_t, low_gap = (
+        bay * (F1 - duty_s),
+        TWO * storey * min(rise, F1 - rise - duty_t),
+        low_bay * (F1 - low_duty),
+    )
+    ms, mt, ml = MARGIN / bay, MARGIN / storey, MARGIN / low_bay
+    thin_s, thin_t, thin_l = duty_s - TWO * ms, duty_t - TWO * mt, low_duty - TWO * ml
     for i in range(out.shape[0]):
-        column = int(math.floor(s[i] / bay))
-        level = int(math.floor((t[i] - floor) / storey))
-        fade = min(F1, max(F0, np.float32(2.0) * max(ws[i] / gap_s, wt[i] / gap_t) - F1))
+        w, v = max(ws[i], np.float32(4e-4)), max(wt[i], np.float32(4e-4))
+        low, high = t[i] - HALF * v, t[i] + HALF * v
+        p, h = s[i] / bay - phase_s - ms, HALF * w / bay
+        across = (_pulse(p + h, thin_s) - _pulse(p - h, thin_s)) * bay / w
+        p, h = t[i] / storey - phase_t - mt, HALF * v / storey
+        up = (
+            (_pulse(p + h, thin_t) - _pulse(p - h, thin_t))
+            * storey
+            / v
+            * _interval(low, high, floor, cornice)
+            / v
+        )
+        column, level = int(math.floor(s[i] / bay)), int(math.floor((t[i] - floor) / storey))
+        fade = min(F1, max(F0, TWO * max(w / gap_s, v / gap_t) - F1))
         own = F1 if hash01(column + seed * 131, level + seed) < share else F0
-        out[i] = own + (share - own) * fade
-        fade = min(F1, max(F0, np.float32(2.0) * ws[i] / low_gap - F1))
+        light = across * up * (own + (share - own) * fade)
+        p, h = s[i] / low_bay - low_phase - ml, HALF * w / low_bay
+        across = (_pulse(p + h, thin_l) - _pulse(p - h, thin_l)) * low_bay / w
+        fade = min(F1, max(F0, TWO * w / low_gap - F1))
         own = F1 if hash01(int(math.floor(s[i] / low_bay)) + seed * 17, seed) < share else F0
-        low_out[i] = own + (share - own) * fade
+        up = _interval(low, high, sill + MARGIN, lintel - MARGIN) / v
+        out[i] = light + across * up * (own + (share - own) * fade)
 
 
 @kernel
-def _frames(inner_s, outer_t, inner_t, low_outer_s, low_inner_s, low_outer_t, low_inner_t, outer_s):
-    """Turn the upper windows' cover along the street into the cover of all window frames."""
-    for i in range(outer_s.shape[0]):
-        low = max(F0, low_outer_s[i] * low_outer_t[i] - low_inner_s[i] * low_inner_t[i])
-        outer_s[i] = max(F0, outer_s[i] * outer_t[i] - inner_s[i] * inner_t[i]) + low
-
-
-@kernel
-def _lit_panes(inner_s, inner_t, low_inner_s, low_inner_t, lit, low_lit, out):
+def _shine(lit, radiance, out):
     for i in range(out.shape[0]):
-        out[i] = inner_s[i] * inner_t[i] * lit[i] + low_inner_s[i] * low_inner_t[i] * low_lit[i]
+        out[i] += lit[i] * radiance
 
 
 @kernel
-def _panes(inner_t, low_inner_s, low_inner_t, inner_s):
-    for i in range(inner_s.shape[0]):
-        inner_s[i] = inner_s[i] * inner_t[i] + low_inner_s[i] * low_inner_t[i]
-
-
-@kernel
-def _colour(wall, stone, trim, glass, lit_radiance, height, base_z, frame, pane, lit, base, band, light, out):
+def _colour(wall, masonry, frame, glass, light, stone, trim, pane, shade, out):
+    """Fill one plane under a uniform light (radiance of a white surface)."""
     for i in range(out.shape[0]):
-        shade = np.float32(0.72) + np.float32(0.28) * min(F1, (height[i] + base_z) * np.float32(0.2))
-        surface = wall + (stone - wall) * base[i]
-        bare = (
-            F1 - pane[i]
-        )  # frames and bands are shares of the pixel, as panes are: they take from the wall alone
-        surface = bare * surface + min(bare, band[i] + frame[i]) * (trim - surface)
-        out[i] = surface * light[i] * shade + pane[i] * glass + lit[i] * lit_radiance
+        surface = wall + wall * (masonry - F1) * stone[i]
+        surface = surface * (F1 - pane[i] - trim[i]) + frame * trim[i]
+        out[i] = surface * shade[i] * light + pane[i] * glass
+
+
+@kernel
+def _colour_by_lamps(wall, masonry, frame, glass, light, tint, stone, trim, pane, shade, lamp, head, out):
+    for i in range(out.shape[0]):
+        surface = wall + wall * (masonry - F1) * stone[i]
+        surface = surface * (F1 - pane[i] - trim[i]) + frame * trim[i]
+        total = light + (lamp[i] * tint + head[i]) * INV_PI
+        out[i] = surface * shade[i] * total + pane[i] * glass
 
 
 @kernel
@@ -171,12 +211,6 @@ def _lamp_light(s, t, base, origin_x, axis_x, lamp_map, map_start, map_step, out
         low = lamp_map[a, b] + fp * (lamp_map[a, b + 1] - lamp_map[a, b])
         high = lamp_map[a + 1, b] + fp * (lamp_map[a + 1, b + 1] - lamp_map[a + 1, b])
         out[i] = low + fq * (high - low)
-
-
-@kernel
-def _light_row(constant, lamp, lamp_tint, head, out):
-    for i in range(out.shape[0]):
-        out[i] = (constant + lamp[i] * lamp_tint + head[i]) * INV_PI
 
 
 @kernel
@@ -208,6 +242,38 @@ def _head_row(xs, ys, inverse, normal, env, table, optics, point, out):
         i, before = j, after
 
 
+@kernel
+def _layout(panel):
+    """Return the patterns of the upper storeys and of the ground floor, as ``_pattern`` takes them."""
+    bay, storey = np.float32(max(panel[11], 0.5)), np.float32(max(panel[12], 0.5))
+    floor, low_bay, low_duty = np.float32(panel[19]), np.float32(max(panel[20], 0.5)), np.float32(panel[21])
+    duty_s, duty_t = np.float32(panel[13]), np.float32(panel[14])
+    upper = (
+        bay, storey, duty_s, duty_t, HALF * (F1 - duty_s), np.float32(panel[15]) + floor / storey, np.float32(panel[25]),
+    )  # fmt: skip
+    ground = (floor, low_bay, low_duty, HALF * (F1 - low_duty), np.float32(panel[22]), np.float32(panel[23]))
+    return upper, ground
+
+
+@kernel
+def _paint(panel, env, sun, c):
+    """Return one channel's albedo of the wall and of frames, radiance of glass and of a white wall."""
+    light = 0.5 * (env[ENV_SKY + c] + env[ENV_BOUNCE + c]) + env[ENV_SUN + c] * sun
+    wall = np.float32(panel[8 + c])
+    frame = min(np.float32(0.75), wall * np.float32(panel[18]) + np.float32(0.06))
+    glass = 0.10 * sky_radiance(0.35, env, c) + 0.02 * light / math.pi
+    return wall, frame, np.float32(glass), np.float32(light / math.pi)
+
+
+@kernel
+def _slopes(direction, optics):
+    """Return a ray's component along ``direction`` as constant, per column and per row."""
+    focal, cx, cy = optics
+    per_column, per_row = direction[0] / focal, direction[1] / focal
+    constant = direction[2] - per_column * cx - per_row * cy
+    return np.float32(constant), np.float32(per_column), np.float32(per_row)
+
+
 @njit(cache=True)
 def panel_work():
     """Allocate what ``draw_panel`` works in."""
@@ -223,7 +289,7 @@ def draw_panel(
 ):
     """Draw one panel into the buildings' scratch planes; nothing where the camera is behind it.
 
-    ``work`` is from ``panel_work``; ``lamp_maps`` is (maps, rows, columns) lx, right and left fronts first, ``map_frame`` (start x, step).
+    ``work`` is from ``panel_work``; ``lamp_maps`` is (2, rows, columns) lx on the right and left fronts, ``map_frame`` (start x, step).
     """
     focal, cx, cy = optics
     height, width = size
@@ -253,21 +319,31 @@ def draw_panel(
     distance = normal[0] * origin[0] + normal[1] * origin[1] + normal[2] * origin[2]
     shift_s = axis[0] * origin[0] + axis[1] * origin[1] + axis[2] * origin[2]
     shift_t = up[0] * origin[0] + up[1] * origin[1] + up[2] * origin[2]
+    side = 0 if panel[1] < 0 else 1
     sun = max(0.0, normal[0] * env[0] + normal[1] * env[1] + normal[2] * env[2])
     night = env[ENV_LAMP] > 0 or env[ENV_BEAM] > 0
-    bay, storey = np.float32(max(panel[11], 0.5)), np.float32(max(panel[12], 0.5))
-    patterned = panel[11] > 0
-    low_bay, floor = np.float32(max(panel[20], 0.5)), np.float32(panel[19])
-    duty_s, duty_t, seed = np.float32(panel[13]), np.float32(panel[14]), int(panel[16])
-    phase_s, phase_t = np.float32(0.5 * (1 - panel[13])), np.float32(panel[15])
+    base_z = np.float32(panel[17])
+    upper, ground = _layout(panel)
     v1, v2 = normal[0] / focal / distance, normal[1] / focal / distance
     v0 = normal[2] / distance - v1 * cx - v2 * cy
+    inverse, s, t, ws, wt, stone, trim, pane, shade, lit, lamp, head = (
+        2,
+        7,
+        8,
+        9,
+        10,
+        11,
+        12,
+        13,
+        14,
+        15,
+        16,
+        17,
+    )
     row = top
     while row < bottom:
         first, n = row, 0
-        while (
-            row < bottom and n < CHUNK
-        ):  # gather a list of pixels: few long loops instead of many short ones
+        while row < bottom and n < CHUNK:  # a list of pixels: few long loops instead of many short ones
             a, b = cover_row(corners, count, row, width, buf[0, n:])
             listed[row - first, 0], listed[row - first, 1] = a, b
             for i in range(b - a):
@@ -278,89 +354,62 @@ def draw_panel(
         if n == 0:
             continue
         x, y = buf[21, :n], buf[22, :n]
-        _inverse_depth(x, y, np.float32(v0), np.float32(v1), np.float32(v2), buf[2, :n])
-        for k in range(2):
-            d = axis if k == 0 else up
-            n1, n2 = d[0] / focal, d[1] / focal
-            _coordinates(
-                x, y, buf[2, :n], np.float32(v1), np.float32(v2), np.float32(d[2] - n1 * cx - n2 * cy), np.float32(n1),
-                np.float32(n2), np.float32(shift_s if k == 0 else shift_t), buf[7 + k, :n], buf[9 + k, :n],
+        _place(
+            x, y, np.float32(v0), np.float32(v1), np.float32(v2), _slopes(axis, optics), _slopes(up, optics), np.float32(shift_s),
+            np.float32(shift_t), buf[inverse, :n], buf[s, :n], buf[t, :n], buf[ws, :n], buf[wt, :n],
+        )  # fmt: skip
+        if panel[11] > 0:
+            _pattern(
+                buf[s, :n], buf[t, :n], buf[ws, :n], buf[wt, :n], base_z, upper, ground, buf[stone, :n], buf[trim, :n],
+                buf[pane, :n], buf[shade, :n],
             )  # fmt: skip
-        if patterned:
-            margin = np.float32(0.09)
-            _windows(buf[7, :n], buf[9, :n], bay, duty_s, margin / bay, phase_s, buf[12, :n], buf[13, :n])
-            phase_up = phase_t + floor / storey
-            _windows(
-                buf[8, :n], buf[10, :n], storey, duty_t, margin / storey, phase_up, buf[14, :n], buf[15, :n]
-            )
-            phase_low = np.float32(0.5 * (1 - panel[21]))
-            _windows(
-                buf[7, :n],
-                buf[9, :n],
-                low_bay,
-                np.float32(panel[21]),
-                margin / low_bay,
-                phase_low,
-                buf[16, :n],
-                buf[17, :n],
-            )
-            cornice = np.float32(panel[25])
-            _upper_zone(buf[8, :n], buf[10, :n], floor, cornice, buf[14, :n], buf[15, :n])
-            sill, lintel = np.float32(panel[22]), np.float32(panel[23])
-            _low_windows(buf[8, :n], buf[10, :n], sill, lintel, margin, buf[18, :n], buf[19, :n])
-            _bands(buf[8, :n], buf[10, :n], floor, cornice, buf[20, :n], buf[11, :n])
-            if env[ENV_WINDOW] > 0:
-                gaps = (
-                    bay * (F1 - duty_s), np.float32(2.0) * storey * min(phase_t, F1 - phase_t - duty_t),
-                    low_bay * np.float32(1 - panel[21]),
-                )  # fmt: skip
-                _lit(
-                    buf[7, :n], buf[8, :n], buf[9, :n], buf[10, :n], bay, storey, low_bay, floor, gaps, seed, LIT_SHARE,
-                    buf[3, :n], buf[23, :n],
-                )  # fmt: skip
-            _frames(
-                buf[13, :n], buf[14, :n], buf[15, :n], buf[16, :n], buf[17, :n], buf[18, :n], buf[19, :n], buf[12, :n],
-            )  # fmt: skip
-            if env[ENV_WINDOW] > 0:
-                _lit_panes(
-                    buf[13, :n], buf[15, :n], buf[17, :n], buf[19, :n], buf[3, :n], buf[23, :n], buf[14, :n]
-                )
-            else:
-                fill_row(F0, buf[14, :n])
-            _panes(buf[15, :n], buf[17, :n], buf[19, :n], buf[13, :n])
         else:
-            for k in (11, 12, 13, 14, 20):
-                fill_row(F0, buf[k, :n])
+            _plain(buf[t, :n], base_z, buf[stone, :n], buf[trim, :n], buf[pane, :n], buf[shade, :n])
         if night:
             _lamp_light(
-                buf[7, :n],
-                buf[8, :n],
-                panel[17],
-                panel[27],
-                panel[28],
-                lamp_maps[int(panel[26])],
-                map_frame[0],
-                map_frame[1],
-                buf[17, :n],
-            )
-            _head_row(x, y, buf[2, :n], normal, env, table, optics, point, buf[18, :n])
-        else:
-            fill_row(F0, buf[17, :n])
-            fill_row(F0, buf[18, :n])
-        for c in range(3):
-            sky, bounce = env[ENV_SKY + c], env[ENV_BOUNCE + c]
-            constant = 0.5 * (sky + bounce) + env[ENV_SUN + c] * sun
-            _light_row(
-                np.float32(constant), buf[17, :n], np.float32(env[ENV_LAMP + c]), buf[18, :n], buf[19, :n]
-            )
-            wall = np.float32(panel[8 + c])
-            trim = min(np.float32(0.75), wall * np.float32(panel[18]) + np.float32(0.06))
-            glass = np.float32(0.10 * sky_radiance(0.35, env, c) + 0.02 * constant / math.pi)
-            _colour(
-                wall, wall * np.float32(panel[24]), trim, glass, np.float32(env[ENV_WINDOW + c]), buf[8, :n], np.float32(panel[17]),
-                buf[12, :n], buf[13, :n], buf[14, :n], buf[20, :n], buf[11, :n], buf[19, :n], buf[4 + c, :n],
+                buf[s, :n], buf[t, :n], panel[17], panel[0], panel[3], lamp_maps[side], map_frame[0], map_frame[1], buf[lamp, :n],
             )  # fmt: skip
-        if planes.shape[0] == 1:
+            _head_row(x, y, buf[inverse, :n], normal, env, table, optics, point, buf[head, :n])
+            for c in range(3):
+                wall, frame, glass, light = _paint(panel, env, sun, c)
+                _colour_by_lamps(
+                    wall, np.float32(panel[24]), frame, glass, light, np.float32(env[ENV_LAMP + c]), buf[stone, :n],
+                    buf[trim, :n], buf[pane, :n], buf[shade, :n], buf[lamp, :n], buf[head, :n], buf[4 + c, :n],
+                )  # fmt: skip
+        elif planes.shape[0] == 1:
+            grey_wall, grey_frame, grey_glass = F0, F0, F0
+            for c in range(3):
+                wall, frame, glass, light = _paint(panel, env, sun, c)
+                weight = np.float32(LUMA[c])
+                grey_wall += weight * light * wall
+                grey_frame += weight * light * frame
+                grey_glass += weight * glass
+            _colour(
+                grey_wall, np.float32(panel[24]), grey_frame, grey_glass, F1, buf[stone, :n], buf[trim, :n], buf[pane, :n],
+                buf[shade, :n], buf[4, :n],
+            )  # fmt: skip
+        else:
+            for c in range(3):
+                wall, frame, glass, light = _paint(panel, env, sun, c)
+                _colour(
+                    wall, np.float32(panel[24]), frame, glass, light, buf[stone, :n], buf[trim, :n], buf[pane, :n], buf[shade, :n],
+                    buf[4 + c, :n],
+                )  # fmt: skip
+        if env[ENV_WINDOW] > 0 and panel[11] > 0:
+            _lit(
+                buf[s, :n],
+                buf[t, :n],
+                buf[ws, :n],
+                buf[wt, :n],
+                upper,
+                ground,
+                int(panel[16]),
+                LIT_SHARE,
+                buf[lit, :n],
+            )
+            for c in range(3):
+                _shine(buf[lit, :n], np.float32(env[ENV_WINDOW + c]), buf[4 + c, :n])
+        if planes.shape[0] == 1 and night:
             _to_luminance(buf[4, :n], buf[5, :n], buf[6, :n])
         at = 0
         for r in range(first, row):
