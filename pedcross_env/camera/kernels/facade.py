@@ -27,8 +27,9 @@ __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 # a panel: 0-2 origin, 3-5 axis along it, 6 length, 7 height, 8-10 wall albedo, 11 bay, 12 storey, 13 window share of the
 # bay, 14 of the storey, 15 sill height share, 16 seed, 17 base height above the ground, 18 trim albedo factor,
 # 19 height of the ground floor, 20 its bay, 21 its windows' share of the bay, 22-23 their sill and lintel, 24 its albedo factor,
-# 25 where the cornice starts; a bay of 0: a plain wall
-PANEL_SIZE = 26
+# 25 where the cornice starts, 26 which map of lamp light, 27 where on it the panel starts, 28 how it runs along it per metre;
+# a bay of 0: a plain wall
+PANEL_SIZE = 29
 CHUNK = 480  # pixels worked on at a time: fits the first-level caches
 LIT_SHARE = np.float32(0.22)  # of windows at night
 INV_PI = np.float32(1 / math.pi)
@@ -120,7 +121,9 @@ def _pattern(s, t, ws, wt, base_z, upper, ground, stone, trim, pane, shade):
         band = (ledge + _interval(low, high, cornice, np.float32(1e3))) * inv
         stone[i] = _interval(low, high, np.float32(-1e3), floor) * inv
         pane[i] = glass + low_glass
-        trim[i] = min(F1 - pane[i], band + frame)  # a share of the pixel, as panes are: it takes from the wall alone
+        trim[i] = min(
+            F1 - pane[i], band + frame
+        )  # a share of the pixel, as panes are: it takes from the wall alone
         shade[i] = np.float32(0.72) + np.float32(0.28) * min(F1, (t[i] + base_z) * np.float32(0.2))
 
 
@@ -289,7 +292,7 @@ def draw_panel(
 ):
     """Draw one panel into the buildings' scratch planes; nothing where the camera is behind it.
 
-    ``work`` is from ``panel_work``; ``lamp_maps`` is (2, rows, columns) lx on the right and left fronts, ``map_frame`` (start x, step).
+    ``work`` is from ``panel_work``; ``lamp_maps`` is (maps, rows, columns) lx, right and left fronts first, ``map_frame`` (start x, step).
     """
     focal, cx, cy = optics
     height, width = size
@@ -319,7 +322,6 @@ def draw_panel(
     distance = normal[0] * origin[0] + normal[1] * origin[1] + normal[2] * origin[2]
     shift_s = axis[0] * origin[0] + axis[1] * origin[1] + axis[2] * origin[2]
     shift_t = up[0] * origin[0] + up[1] * origin[1] + up[2] * origin[2]
-    side = 0 if panel[1] < 0 else 1
     sun = max(0.0, normal[0] * env[0] + normal[1] * env[1] + normal[2] * env[2])
     night = env[ENV_LAMP] > 0 or env[ENV_BEAM] > 0
     base_z = np.float32(panel[17])
@@ -367,7 +369,7 @@ def draw_panel(
             _plain(buf[t, :n], base_z, buf[stone, :n], buf[trim, :n], buf[pane, :n], buf[shade, :n])
         if night:
             _lamp_light(
-                buf[s, :n], buf[t, :n], panel[17], panel[0], panel[3], lamp_maps[side], map_frame[0], map_frame[1], buf[lamp, :n],
+                buf[s, :n], buf[t, :n], panel[17], panel[27], panel[28], lamp_maps[int(panel[26])], map_frame[0], map_frame[1], buf[lamp, :n],
             )  # fmt: skip
             _head_row(x, y, buf[inverse, :n], normal, env, table, optics, point, buf[head, :n])
             for c in range(3):
