@@ -24,6 +24,7 @@ from pedcross_env.camera.scenery import (
     ALONG_TEXEL_M,
     GROUND_TEXEL_M,
     Scenery,
+    crown_textures,
     grain_integral,
     scenery_of,
     sun_shear,
@@ -76,6 +77,7 @@ class Renderer:
         if self._light.sun_lx.sum() <= 0:
             self._tree_shadows = self._tree_shadows[:0]
         self._grain = grain_integral()
+        self._crowns = crown_textures()
         self._front_maps, self._ground_map = self._scenery.front_lamp_maps, self._scenery.ground_lamp_map
 
     def render(self, snapshot: Snapshot, *, luminance_only: bool = False) -> Frame:
@@ -114,7 +116,7 @@ class Renderer:
         draw_scene(
             numbers, idents, looks, builds, BODY_CAPSULES,
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
-            MATERIALS, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame),
+            MATERIALS, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
             rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], frame, owners, self._buf,
         )  # fmt: skip
         polygons, info, capsules = self._shadows(numbers, idents, builds, snapshot.ego, camera, light)
@@ -177,7 +179,7 @@ class Renderer:
         draw_scene(
             numbers, idents, looks, builds, BODY_CAPSULES,
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
-            MATERIALS, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame),
+            MATERIALS, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame, self._crowns),
             pose.rotation, pose.origin, self._environment(pose, snapshot.ego, light), np.zeros((0, 3)), np.zeros((0, 13)), self._table,
             (pose.focal_px, pose.cx, pose.cy), self._xs, shape, self._scratch[1],
             (out, self._alpha, self._nearest, self._weight, depth, ids), True, self._buf,

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from pedcross_env.camera.kernels.capsules import draw_capsule
+from pedcross_env.camera.kernels.crown import draw_crown
 from pedcross_env.camera.kernels.facade import draw_panel, panel_work
 from pedcross_env.camera.kernels.jit import kernel
 from pedcross_env.camera.kernels.lighting import (
@@ -30,8 +31,7 @@ from pedcross_env.camera.kernels.rows import composite_row
 __all__ = ["draw_scene"]
 
 NOWHERE = 1 << 30
-MAX_PRIMITIVES = 64  # of one body or tree
-VEGETATION = -3  # contracts.StaticClass
+MAX_PRIMITIVES = 64  # of one body or group
 LUMA_R, LUMA_G, LUMA_B = 0.2126, 0.7152, 0.0722
 
 
@@ -249,7 +249,7 @@ def _draw_vehicle(
 def _draw_group(
     group,
     capsules,
-    distance,
+    crowns,
     rotation,
     camera,
     env,
@@ -263,14 +263,13 @@ def _draw_group(
     bones,
     spans,
 ):
-    """Draw a tree or a lamp; far crowns fade to fewer and larger blobs, continuously."""
-    first, last = int(group[0]), int(group[1])
-    wanted, grown = last - first + 0.0, 1.0
-    if group[6] == VEGETATION:
-        wanted = max(11.0, (last - first) * min(1.0, 26.0 / max(distance, 1.0)))
-        grown = ((last - first) / wanted) ** 0.42
+    """Draw a tree or a lamp: its crown, then its capsules under it."""
     ends, keys, order = bones[1:]
-    count = min(last - first, int(math.ceil(wanted)), keys.shape[0])
+    if group[7] >= 0:
+        _to_camera(rotation, camera, group[8], group[9], group[10], ends[0])
+        draw_crown(group[7:], ends[0], crowns, env, lamps, beams, table, optics, size, scratch, work, spans)
+    first = int(group[0])
+    count = min(int(group[1]) - first, keys.shape[0])
     for i in range(count):
         s = capsules[first + i]
         middle_x, middle_y, middle_z = (
@@ -281,33 +280,15 @@ def _draw_group(
         keys[i] = rotation[2, 0] * middle_x + rotation[2, 1] * middle_y + rotation[2, 2] * middle_z
     _sort(keys, order, count)
     seg = work[6]
-    seg[10] = (
-        1.0  # leaves lie over each other in layers: their depths' order does not change while the camera drives
-    )
+    seg[10] = 1.0  # their depths' order does not change while the camera drives
     for m in range(count):
-        i = order[m]
-        s = capsules[first + i]
-        scale = min(1.0, wanted - i) * (grown if i > 0 else 1.0)
+        s = capsules[first + order[m]]
         _to_camera(rotation, camera, s[0], s[1], s[2], ends[0])
         _to_camera(rotation, camera, s[3], s[4], s[5], ends[1])
         shine = 9000.0 if s[11] > 0 else 0.0
         _capsule_lit(
-            ends[0],
-            ends[1],
-            s[6] * scale,
-            s[7] * scale,
-            s[8:11],
-            shine,
-            env,
-            lamps,
-            beams,
-            table,
-            optics,
-            size,
-            scratch,
-            work,
-            spans,
-        )
+            ends[0], ends[1], s[6], s[7], s[8:11], shine, env, lamps, beams, table, optics, size, scratch, work, spans,
+        )  # fmt: skip
     seg[10] = 0.0
 
 
@@ -375,9 +356,9 @@ def draw_scene(
         vehicles: The arrays of assets.VehicleTable.
         materials: (M, 5).
         capsules: (S, 12) static capsules, see scenery.
-        groups: (G, 7) static groups.
+        groups: (G, 16) static groups, see scenery.trees.
         panels: (P, PANEL_SIZE).
-        maps: (front lamp maps, map frame).
+        maps: (front lamp maps, map frame, textures of crowns as kernels.crown).
         rotation: (3, 3) world to camera.
         camera: (3,) its position.
         env: (ENV_SIZE,) see kernels.lighting.
@@ -481,7 +462,7 @@ def draw_scene(
             _draw_group(
                 groups[k - n],
                 capsules,
-                keys[k],
+                maps[2],
                 rotation,
                 camera,
                 env,

@@ -1,0 +1,161 @@
+"""Textures of crowns: leaves in three dimensions, seen from the side, at several levels of detail."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from pedcross_env.camera.kernels.crown import TEXTURE_CHANNELS, splat_leaves
+
+__all__ = ["BARE", "BUSHES", "COLUMNAR", "CONIFERS", "ROUND", "crown_textures"]
+
+SIZE = 256  # texels along the finest level
+COARSEST = 4
+ROUND, COLUMNAR, CONIFERS, BARE, BUSHES = (0, 1, 2), (3,), (4,), (5, 6), (7,)
+"""Which textures belong to a species."""
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.maximum(np.sqrt((vectors**2).sum(axis=1)), 1e-9)[:, None]
+
+
+def _leafy(
+    rng: np.random.Generator, lobes: np.ndarray, count: int, leaf: tuple[float, float], flat: float = 1.0
+) -> np.ndarray:
+    """Leaves on the skins of overlapping spheres, far ones first; see ``splat_leaves`` for the columns.
+
+    Args:
+        rng: Of this crown.
+        lobes: (L, 4) centre (right, down, away) and radius, the texture reaching from -1 to 1.
+        count: How many leaves.
+        leaf: Half length, half width in texels.
+        flat: How much lower than wide the lobes are drawn.
+    """
+    area = lobes[:, 3] ** 2
+    own = lobes[rng.choice(len(lobes), count, p=area / area.sum())]
+    out = _unit(rng.normal(size=(count, 3)))
+    ragged = rng.random(count) ** 0.25 * (1 + 0.13 * rng.normal(size=count))
+    place = own[:, :3] + out * (own[:, 3] * ragged)[:, None] * np.array([1.0, flat, 1.0])
+    # what other lobes cover lies in the shade
+    gap = np.sqrt(((place[:, None, :] - lobes[None, :, :3]) ** 2).sum(axis=2)) - lobes[None, :, 3]
+    buried = np.clip(-gap, 0, 0.25).sum(axis=1) - np.clip(own[:, 3] * (1 - ragged), 0, 0.25)
+    tone = np.exp2(-3.2 * np.clip(buried, 0, 1)) * (0.88 - 0.30 * out[:, 1]) * (0.62 + 0.42 * ragged)
+    tone *= rng.uniform(0.72, 1.28, count)
+    normal = _unit(0.75 * out + 0.35 * _unit(place) + 0.55 * rng.normal(size=(count, 3)))
+    keep = np.flatnonzero((np.abs(place[:, 0]) < 0.97) & (np.abs(place[:, 1]) < 0.97))
+    keep = keep[np.argsort(-place[keep, 2], kind="stable")]
+    length, width = leaf
+    scale = rng.uniform(0.7, 1.3, count)
+    table = np.stack(
+        [0.5 * SIZE * (place[:, 0] + 1), 0.5 * SIZE * (place[:, 1] + 1), length * scale, width * scale,
+         rng.uniform(0, math.pi, count), tone, normal[:, 0], normal[:, 1]], axis=1,
+    )  # fmt: skip
+    return np.ascontiguousarray(table[keep])
+
+
+def _lobes(
+    rng: np.random.Generator, count: int, spread: tuple[float, float], radius: tuple[float, float]
+) -> np.ndarray:
+    """Spheres on an ellipsoid (half width, half height), even over its directions."""
+    turns = (np.arange(count) + rng.uniform(0.2, 0.8, count)) / count
+    angle, rise = 2.39996 * np.arange(count) + rng.uniform(0, 0.6, count), 2 * turns - 1
+    ring = np.sqrt(np.maximum(0, 1 - rise**2))
+    reach = rng.uniform(0.75, 1.0, count)
+    centre = np.stack(
+        [ring * np.cos(angle) * spread[0], rise * spread[1], ring * np.sin(angle) * spread[0]], axis=1
+    )
+    return np.column_stack([centre * reach[:, None], rng.uniform(*radius, count)])
+
+
+def _round(rng: np.random.Generator) -> np.ndarray:
+    lobes = _lobes(rng, 14, (0.72, 0.66), (0.19, 0.36))
+    lobes = np.concatenate([lobes, [[0.0, 0.05, 0.0, 0.46]]])
+    return _leafy(rng, lobes, 7000, (3.6, 2.1))
+
+
+def _columnar(rng: np.random.Generator) -> np.ndarray:
+    lobes = _lobes(rng, 22, (0.45, 0.80), (0.26, 0.36))
+    lobes[:, 0] *= np.sqrt(np.clip(1.12 - (lobes[:, 1] - 0.2) ** 2, 0.1, 1))
+    return _leafy(rng, lobes, 8000, (3.8, 1.7), 0.55)
+
+
+def _bush(rng: np.random.Generator) -> np.ndarray:
+    lobes = _lobes(rng, 16, (0.62, 0.45), (0.28, 0.42)) + np.array([0.0, 0.22, 0.0, 0.0])
+    return _leafy(rng, np.concatenate([lobes, [[0.0, 0.5, 0.0, 0.6]]]), 6500, (4.4, 2.6))
+
+
+def _conifer(rng: np.random.Generator) -> np.ndarray:
+    """Whorls of drooping boughs, wider from the tip down."""
+    count = 9000
+    t = rng.random(count) ** 0.55
+    angle = rng.uniform(0, 2 * math.pi, count)
+    saw = (t * 11.0 + 0.35 * np.sin(3 * angle)) % 1.0
+    radius = 0.93 * t * (0.66 + 0.34 * saw) * rng.random(count) ** 0.22
+    place = np.stack([radius * np.cos(angle), -0.97 + 1.92 * t + 0.05 * saw, radius * np.sin(angle)], axis=1)
+    inner = radius / (0.93 * np.maximum(t, 0.02))
+    tone = (0.30 + 0.70 * inner**1.5) * (1.08 - 0.45 * saw) * rng.uniform(0.75, 1.25, count)
+    out = np.stack([np.cos(angle), np.full(count, -0.45), np.sin(angle)], axis=1)
+    normal = _unit(out + 0.5 * rng.normal(size=(count, 3)))
+    droop = np.where(place[:, 0] > 0, 1, -1) * rng.uniform(0.2, 0.9, count)
+    order = np.argsort(-place[:, 2], kind="stable")
+    table = np.stack(
+        [0.5 * SIZE * (place[:, 0] + 1), 0.5 * SIZE * (place[:, 1] + 1), rng.uniform(3.5, 6.0, count), np.full(count, 1.2),
+         droop, tone, normal[:, 0], normal[:, 1]], axis=1,
+    )  # fmt: skip
+    return np.ascontiguousarray(table[order])
+
+
+def _bare(rng: np.random.Generator) -> np.ndarray:
+    """Branches that fork, ever thinner."""
+    strokes: list[list[float]] = []
+
+    def grow(x: float, y: float, angle: float, length: float, width: float, level: int) -> None:
+        bend = rng.uniform(-0.12, 0.12)
+        for k in range(3):
+            step = length / 3
+            nx, ny = x + step * math.sin(angle), y - step * math.cos(angle)
+            thick = width * (1 - 0.12 * k)
+            strokes.append(
+                [0.5 * SIZE * (0.5 * (x + nx) + 1), 0.5 * SIZE * (0.5 * (y + ny) + 1), 0.25 * SIZE * step * 1.25,
+                 max(0.55, thick), angle + 0.5 * math.pi, rng.uniform(0.8, 1.2), 0.3 * rng.uniform(-1, 1), -0.2]
+            )  # fmt: skip
+            x, y, angle = nx, ny, angle + bend
+            if level < 5 and k > 0:
+                turn = rng.uniform(0.35, 0.75) * (1 if (k + level) % 2 else -1)
+                grow(x, y, angle + turn, length * rng.uniform(0.6, 0.78), width * 0.58, level + 1)
+        if level < 5:
+            grow(x, y, angle - bend, length * rng.uniform(0.62, 0.8), width * 0.66, level + 1)
+
+    for angle in (-0.75, -0.4, -0.05, 0.3, 0.7):
+        grow(0.0, 0.98, angle + rng.uniform(-0.1, 0.1), 0.60, 3.0, 1)
+    return np.array(strokes)
+
+
+def _pyramid(leaves: np.ndarray) -> np.ndarray:
+    """All levels of one texture, the finest first, as (texels, 4)."""
+    image = np.zeros((SIZE, SIZE, TEXTURE_CHANNELS), np.float32)
+    splat_leaves(leaves, image)
+    parts = []
+    while True:
+        parts.append(np.pad(image, ((1, 1), (1, 1), (0, 0))).reshape(-1, TEXTURE_CHANNELS))
+        if len(image) == COARSEST:
+            return np.concatenate(parts)
+        image = 0.25 * (image[::2, ::2] + image[1::2, ::2] + image[::2, 1::2] + image[1::2, 1::2])
+
+
+@lru_cache(maxsize=1)
+def crown_textures() -> tuple[np.ndarray, np.ndarray]:
+    """Return all crowns.
+
+    Returns:
+        texels: (S, T, 4) float32: cover, and times the cover: tone, normal to the right, normal downwards.
+        levels: (L, 2) int64: where a level starts in T, and its size without the empty texel around it; the finest first.
+    """
+    makers = (_round, _round, _round, _columnar, _conifer, _bare, _bare, _bush)
+    rngs = np.random.default_rng(31_415).spawn(len(makers))
+    texels = np.stack([_pyramid(make(rng)) for make, rng in zip(makers, rngs, strict=True)])
+    sizes = [SIZE >> k for k in range(int(math.log2(SIZE // COARSEST)) + 1)]
+    offsets = np.concatenate([[0], np.cumsum([(s + 2) ** 2 for s in sizes])[:-1]])
+    return np.ascontiguousarray(texels), np.stack([offsets, sizes], axis=1).astype(np.int64)
