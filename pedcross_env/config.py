@@ -104,6 +104,7 @@ class RgbConfig:
     longest_exposure_s: float = 1 / 60
     read_noise_e: float = 3.0
     noise: bool = True
+    motion_blur_samples: int = 1  # renders averaged over the exposure, each as dear as a frame; 1: no blur
 
     def __post_init__(self) -> None:
         if self.exposure not in ("auto", "fixed"):
@@ -113,6 +114,8 @@ class RgbConfig:
         require(self.max_gain >= 1, "max_gain", self.max_gain, "1 or more")
         require(self.base_white_cd_m2 > 0, "base_white_cd_m2", self.base_white_cd_m2, "positive")
         require(self.longest_exposure_s > 0, "longest_exposure_s", self.longest_exposure_s, "positive")
+        samples = self.motion_blur_samples
+        require(1 <= samples <= 64, "motion_blur_samples", samples, "1 (none) to 64")
         require(self.read_noise_e >= 0, "read_noise_e", self.read_noise_e, "0 or more")
         if self.exposure == "fixed":
             darkest = self.base_white_cd_m2 / self.max_gain
@@ -153,7 +156,7 @@ class DvsConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EgoConfig:
-    """The ego car's size and its longitudinal actuator.
+    """The ego car's size, its longitudinal actuator and its headlights.
 
     A demand takes effect after ``latency_s`` and then changes at most at ``jerk_mps3``;
     braking ends at friction * g and at standstill.
@@ -166,8 +169,13 @@ class EgoConfig:
     max_deceleration_mps2: float = 9.0  # at action -1
     latency_s: float = 0.15
     jerk_mps3: float = 30.0
+    headlights: Literal["auto", "low", "high"] = (
+        "auto"  # low beams where the weather wants them, or always on
+    )
 
     def __post_init__(self) -> None:
+        if self.headlights not in ("auto", "low", "high"):
+            raise unknown_name("headlights", self.headlights, ("auto", "low", "high"))
         for name in (
             "length_m",
             "width_m",
@@ -250,7 +258,8 @@ class EnvConfig:
     """All settings of the environment."""
 
     modalities: tuple[Modality, ...] = ("rgb", "dvs")
-    weather: tuple[str, ...] = ("clear",)  # one is drawn per episode
+    # One is drawn per episode; names, or what else pedcross_env.weather.as_weather takes.
+    weather: tuple[Any, ...] = ("clear",)
     return_events: bool = False
     camera: CameraConfig = field(default_factory=CameraConfig)
     rgb: RgbConfig = field(default_factory=RgbConfig)
@@ -271,7 +280,7 @@ class EnvConfig:
             self.modalities,
             "without repeats",
         )
-        require(not isinstance(self.weather, str) and len(self.weather) > 0, "weather", self.weather,
-                "a non-empty tuple of preset names, e.g. ('clear',)")  # fmt: skip
+        require(not isinstance(self.weather, (str, Mapping)) and len(self.weather) > 0, "weather", self.weather,
+                "a non-empty tuple of weathers, e.g. ('clear',)")  # fmt: skip
         require(not self.return_events or "dvs" in self.modalities, "return_events", self.return_events,
                 "False unless modalities contain 'dvs'")  # fmt: skip

@@ -60,7 +60,7 @@ ACTOR_DTYPE = np.dtype(
         ("gait_stride", "<f8"),  # length of one cycle, m; 0 = standing
         ("head_yaw", "<f8"),  # relative to the body
         ("brake_light", "<f8"),  # 0..1
-        ("headlight", "<f8"),  # 0..1
+        ("headlight", "<f8"),  # 0 off, 1 low beam, 2 (of the ego) high beam
     ]
 )
 """One actor at one moment. (x, y) is the centre of its footprint."""

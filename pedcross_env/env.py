@@ -17,7 +17,7 @@ from pedcross_env.errors import ConfigError, unknown_name
 from pedcross_env.scenario import Scenario
 from pedcross_env.scenario.sampler import sample_crossing
 from pedcross_env.vision import Sight, Vision
-from pedcross_env.weather import Weather, weather_by_name
+from pedcross_env.weather import Weather, as_weather
 from pedcross_env.world import World
 
 __all__ = ["CrossingEnv"]
@@ -48,8 +48,8 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
     episode, whose ``info["episode_seed"]`` replays it. Scene, behaviour, weather and sensor noise have
     streams of their own, so the same seed in another weather is the same crossing.
 
-    Options of ``reset``: ``weather`` (a preset's name or a Weather) and ``scenario`` (a Scenario), for this
-    episode alone.
+    Options of ``reset``: ``weather`` (a preset's name, a Weather, CARLA's parameters or a mapping of physical
+    quantities, see ``pedcross_env.weather.as_weather``) and ``scenario`` (a Scenario), for this episode alone.
 
     Args:
         config: An EnvConfig, or a nested mapping of its fields.
@@ -78,7 +78,7 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         self.config = config
         self.render_mode = render_mode
         self._view = view
-        self._presets = [weather_by_name(name) for name in config.weather]
+        self._weathers = [as_weather(item) for item in config.weather]
         self._vision: Vision | None = Vision(config) if config.modalities else None
         self._world: World | None = None
         self.observation_space = _observation_space(config)
@@ -185,12 +185,8 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         return vision.reset(self.world, self.weather, weather_seed=rain_seed, sensor_seed=sensor_seed)
 
     def _choose_weather(self, asked: object, rng: np.random.Generator) -> Weather:
-        drawn = self._presets[int(rng.integers(len(self._presets)))]
-        if asked is None:
-            return drawn
-        if isinstance(asked, Weather):
-            return asked
-        return weather_by_name(str(asked))
+        drawn = self._weathers[int(rng.integers(len(self._weathers)))]
+        return drawn if asked is None else as_weather(asked)  # type: ignore[arg-type]
 
     def _reward(self, driven_m: float) -> float:
         weights, world = self.config.reward, self.world

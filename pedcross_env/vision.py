@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,12 +13,13 @@ from pedcross_env.contracts import EVENT_DTYPE, Frame
 from pedcross_env.flow import image_flow_px
 from pedcross_env.scenario import Scenario
 from pedcross_env.sensors import dvs, rgb
-from pedcross_env.weather import Precipitation, Weather
+from pedcross_env.weather import Lightning, Precipitation, Weather
 from pedcross_env.world import World
 
 __all__ = ["Sight", "Vision"]
 
-RGB_EXPOSURE_S = 0.008  # of rain streaks in the RGB frame; adaptive exposure times stay near it by day
+LIGHT_STEP = 0.3  # change of the logarithm of the sky's light by lightning between two renders
+LIGHT_GRID_S = 0.25e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +60,7 @@ class Vision:
         self._scenario = world.scenario
         self._renderer.load(world.scenario.street, weather)
         self._precipitation = Precipitation(weather, weather_seed)
+        self._lightning = Lightning(weather, weather_seed)
         self._sensor_seed = sensor_seed
         self._frame_index = 0
         self._depth: np.ndarray | None = None
@@ -76,11 +78,14 @@ class Vision:
         return Sight(self._expose(frame, 0.0), counts, events, frame, 0, flow)
 
     def render(self, time_s: float) -> Frame:
-        """Render everything (radiance, depth, ids) at a time within the last policy step, rain included."""
-        snapshot = self._world.snapshot(time_s)
-        frame = self._renderer.render(snapshot)
+        """Render everything (radiance, depth, ids) at a time within the last policy step, rain included.
+
+        Rain, snow and lightning are those of the RGB camera's exposure, which ends then.
+        """
+        exposure_s = rgb.exposure_time_s(self._rgb_state, self._config.rgb)
+        frame = self._full(time_s, self._lightning.mean_lx(time_s - exposure_s, time_s))
         self._depth = frame.depth
-        self._rain(frame, camera_pose(self._config.camera, snapshot.ego), time_s, RGB_EXPOSURE_S)
+        self._rain(frame, self._pose(time_s), time_s, exposure_s)
         return frame
 
     def look(self, start_s: float, end_s: float) -> Sight:
@@ -89,10 +94,35 @@ class Vision:
         counts = events = None
         subframes, flow = 0, math.nan
         if "dvs" in config.modalities:
-            subframes, flow = self._plan(start_s, end_s)
-            counts, events = self._sense_events(start_s, end_s, subframes)
-        frame = self.render(end_s) if "rgb" in config.modalities else None
+            times, flow = self._plan(start_s, end_s)
+            subframes = len(times)
+            counts, events = self._sense_events(start_s, times)
+        frame = self._exposed(start_s, end_s) if "rgb" in config.modalities else None
         return Sight(self._expose(frame, end_s - start_s), counts, events, frame, subframes, flow)
+
+    def _full(self, time_s: float, flash_lx: float) -> Frame:
+        return self._renderer.render(self._world.snapshot(time_s), flash_lx=flash_lx)
+
+    def _pose(self, time_s: float) -> CameraPose:
+        return camera_pose(self._config.camera, self._world.snapshot(time_s).ego)
+
+    def _exposed(self, start_s: float, end_s: float) -> Frame:
+        """What reaches the RGB sensor during its exposure, not before ``start_s``; depth and ids of its end."""
+        frame = self.render(end_s)
+        samples = self._config.rgb.motion_blur_samples
+        exposure_s = min(rgb.exposure_time_s(self._rgb_state, self._config.rgb), end_s - start_s)
+        if samples == 1 or frame.radiance is None:
+            return frame
+        part_s = exposure_s / samples
+        radiance, luminance = np.zeros_like(frame.radiance), np.zeros_like(frame.luminance)
+        for k in range(samples):
+            at = end_s - exposure_s + (k + 0.5) * part_s
+            part = self._full(at, self._lightning.mean_lx(at - 0.5 * part_s, at + 0.5 * part_s))
+            self._rain(part, self._pose(at), at, part_s)
+            radiance += part.radiance
+            luminance += part.luminance
+        share = np.float32(1.0 / samples)
+        return replace(frame, radiance=radiance * share, luminance=luminance * share)
 
     def visible_fraction(self, actor_id: int, frame: Frame, time_s: float) -> float:
         """Share of an actor's silhouette that ``frame``, the full render at ``time_s``, shows."""
@@ -111,22 +141,38 @@ class Vision:
         self._rgb_state, image = rgb.expose(self._rgb_state, frame, dt_s, self._config.rgb, seed)
         return image
 
-    def _plan(self, start_s: float, end_s: float) -> tuple[int, float]:
+    def _plan(self, start_s: float, end_s: float) -> tuple[list[float], float]:
+        """Times of the event camera's renders and the largest image motion between two of them.
+
+        They are spread so that the image's motion, and the change of the light where lightning strikes, is the same
+        between any two.
+        """
         before, after = self._world.snapshot(start_s), self._world.snapshot(end_s)
         flow = image_flow_px(self._config.camera, self._world.scenario.street, before, after)
-        wanted = max(1, math.ceil(flow / self._config.dvs.max_flow_px))
+        steps = flow / self._config.dvs.max_flow_px
         cap = self._config.dvs.max_subframes
-        count = wanted if cap is None else min(wanted, cap)
-        return count, flow / count
+        if self._lightning.dark(start_s, end_s):
+            count = max(1, math.ceil(steps))
+            count = count if cap is None else min(count, cap)
+            times = [start_s + k * (end_s - start_s) / count for k in range(1, count)]
+            return [*times, end_s], flow / count
+        grid = np.linspace(start_s, end_s, max(2, round((end_s - start_s) / LIGHT_GRID_S)))
+        light = np.array([self._lightning.light_lx(float(t)) for t in grid]) + self._renderer.sky_lx
+        changes = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(np.log(light))))]) / LIGHT_STEP
+        progress = changes + steps * (grid - start_s) / (end_s - start_s)
+        count = max(1, math.ceil(progress[-1]))
+        count = count if cap is None else min(count, cap)
+        inner = np.interp(progress[-1] * np.arange(1, count) / count, progress, grid)
+        times = [float(t) for t in inner] + [end_s]
+        longest = max(np.diff([start_s, *times])) / (end_s - start_s)
+        return times, float(flow * longest)
 
-    def _sense_events(self, start_s: float, end_s: float, count: int) -> tuple[np.ndarray, np.ndarray | None]:
+    def _sense_events(self, start_s: float, times: list[float]) -> tuple[np.ndarray, np.ndarray | None]:
         config = self._config
         counts = np.zeros((config.camera.height_px, config.camera.width_px, 2), np.uint8)
         parts: list[np.ndarray] = []
-        interval_s = (end_s - start_s) / count
-        for k in range(1, count + 1):
-            time_s = end_s if k == count else start_s + k * interval_s
-            log_frame = self._log_luminance(time_s, interval_s)
+        for before_s, time_s in zip([start_s, *times], times, strict=False):
+            log_frame = self._log_luminance(time_s, time_s - before_s)
             time_ns = round(time_s * 1e9)
             if config.return_events:
                 self._dvs_state, events = dvs.step(self._dvs_state, log_frame, time_ns, config.dvs)
@@ -142,7 +188,8 @@ class Vision:
     def _log_luminance(self, time_s: float, interval_s: float) -> np.ndarray:
         # Streaks are drawn as long as the drop falls between two renders: no gaps, hence no aliasing.
         snapshot = self._world.snapshot(time_s)
-        frame = self._renderer.render(snapshot, luminance_only=True)
+        flash_lx = self._lightning.light_lx(time_s)
+        frame = self._renderer.render(snapshot, luminance_only=True, flash_lx=flash_lx)
         self._rain(frame, camera_pose(self._config.camera, snapshot.ego), time_s, interval_s)
         return dvs.log_luminance(frame.luminance, self._config.dvs.log_floor_cd_m2)
 

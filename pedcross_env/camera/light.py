@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,8 @@ __all__ = [
     "BEAM_TAN_H",
     "BEAM_TAN_V",
     "Light",
+    "flashed",
+    "high_beam_table",
     "light_of",
     "low_beam_table",
     "sky_illuminance_lx",
@@ -34,6 +36,7 @@ def _tint(red: float, green: float, blue: float) -> np.ndarray:
 LAMP_TINT = _tint(1.0, 0.80, 0.52)  # warm LED, about 3000 K
 BEAM_TINT = _tint(1.0, 0.96, 0.88)
 WINDOW_TINT = _tint(1.0, 0.78, 0.45)
+FLASH_TINT = _tint(0.92, 0.98, 1.15)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +138,21 @@ def light_of(weather: Weather) -> Light:
     )
 
 
+def flashed(light: Light, flash_lx: float) -> Light:
+    """Return ``light`` with lightning that adds ``flash_lx`` to the ground, evenly from all of the clouded sky."""
+    if flash_lx <= 0:
+        return light
+    flash = flash_lx * FLASH_TINT
+    return replace(
+        light,
+        sky_lx=light.sky_lx + flash,
+        bounce_lx=light.bounce_lx + 0.18 * flash,
+        zenith=light.zenith + flash / math.pi,
+        horizon=light.horizon + flash / math.pi,
+        airlight=light.airlight + flash_lx / math.pi,
+    )
+
+
 def low_beam_table() -> np.ndarray:
     """Return a low beam for right-hand traffic, both lamps together.
 
@@ -152,7 +170,30 @@ def low_beam_table() -> np.ndarray:
     hot = 26_000 * np.exp(-(((right - 1.5) / 5.5) ** 2) - ((elevation + 1.0) / 1.5) ** 2)
     wide = 7_500 * np.exp(-((right / 21.0) ** 2)) * np.exp(np.minimum(0.0, elevation + 1.5) / 4.5)
     stray = 300 * np.exp(-((right / 25.0) ** 2)) * np.exp(-np.maximum(0.0, elevation) / 5.0)
-    edge = np.clip((0.9 - np.abs(np.linspace(*BEAM_TAN_H, columns))) / 0.2, 0, 1)[None, :]
-    edge = edge * np.clip((0.25 - np.linspace(*BEAM_TAN_V, rows)) / 0.08, 0, 1)[:, None]
-    edge = edge * np.clip((np.linspace(*BEAM_TAN_V, rows) + 0.35) / 0.08, 0, 1)[:, None]
-    return np.ascontiguousarray(((hot + wide) * below + stray) * edge, dtype=np.float32)
+    return np.ascontiguousarray(((hot + wide) * below + stray) * _table_edge(), dtype=np.float32)
+
+
+def high_beam_table() -> np.ndarray:
+    """Return a high beam, both lamps together: a round hot spot on the axis over a wide, flat foreground.
+
+    Each lamp gives 45,000 cd at most; UN R112 demands 40,500 of its class B, half of that at 2.6 and 5,100 at 5.2
+    degrees to the side.
+
+    Returns:
+        Candela over the same angles as low_beam_table.
+    """
+    rows, columns = BEAM_SHAPE
+    elevation = np.degrees(np.arctan(np.linspace(*BEAM_TAN_V, rows)))[:, None]
+    right = -np.degrees(np.arctan(np.linspace(*BEAM_TAN_H, columns)))[None, :]
+    hot = 72_000 * np.exp(-((right / 4.2) ** 2) - (elevation / 2.2) ** 2)
+    wide = 18_000 * np.exp(-((right / 14.0) ** 2) - ((elevation + 0.5) / 4.0) ** 2)
+    return np.ascontiguousarray((hot + wide) * _table_edge(), dtype=np.float32)
+
+
+def _table_edge() -> np.ndarray:
+    """Fade towards the tables' borders: (rows, columns)."""
+    rows, columns = BEAM_SHAPE
+    across, up = np.linspace(*BEAM_TAN_H, columns)[None, :], np.linspace(*BEAM_TAN_V, rows)[:, None]
+    edge: np.ndarray = np.clip((BEAM_TAN_H[1] - np.abs(across)) / 0.2, 0, 1)
+    edge = edge * np.clip((BEAM_TAN_V[1] - up) / 0.08, 0, 1)
+    return edge * np.clip((up - BEAM_TAN_V[0]) / 0.08, 0, 1)

@@ -17,7 +17,15 @@ from pedcross_env.camera.kernels.shadows import (
     POLYGONS_PER_ACTOR,
     cast_shadows,
 )
-from pedcross_env.camera.light import BEAM_TINT, Light, light_of, low_beam_table
+from pedcross_env.camera.light import (
+    BEAM_TINT,
+    LUMA,
+    Light,
+    flashed,
+    high_beam_table,
+    light_of,
+    low_beam_table,
+)
 from pedcross_env.camera.pinhole import CameraPose, camera_pose
 from pedcross_env.camera.scenery import (
     ACROSS_TEXEL_M,
@@ -61,7 +69,8 @@ class Renderer:
         }
         self._alpha, self._nearest, self._weight = (np.zeros((h, w), np.float32) for _ in range(3))
         self._line = np.zeros(513, np.float32)
-        self._table = low_beam_table()
+        self._tables = _beam_tables()
+        self._table = self._tables[0]
         self._vehicles = vehicle_table()
         self._looks: dict[tuple[int, int, int], np.ndarray] = {}
         self._mirror: tuple[dict[int, np.ndarray], tuple[np.ndarray, ...]] | None = None
@@ -80,12 +89,20 @@ class Renderer:
         self._crowns = crown_textures()
         self._front_maps, self._ground_map = self._scenery.front_lamp_maps, self._scenery.ground_lamp_map
 
-    def render(self, snapshot: Snapshot, *, luminance_only: bool = False) -> Frame:
+    @property
+    def sky_lx(self) -> float:
+        """Illuminance from the sky without lightning, which flashes are compared with."""
+        if self._light is None:
+            raise ConfigError("Renderer was used before load: call load(street, weather) once per episode.")
+        return float((self._light.sky_lx * LUMA).sum())
+
+    def render(self, snapshot: Snapshot, *, luminance_only: bool = False, flash_lx: float = 0.0) -> Frame:
         """Render one moment.
 
         Args:
             snapshot: Ego and actors.
             luminance_only: Skip colour, depth and ids: what the event camera needs.
+            flash_lx: Illuminance that lightning adds at this moment.
 
         Returns:
             Fresh arrays.
@@ -97,7 +114,7 @@ class Renderer:
             raise ConfigError(
                 "Renderer.render was called before load: call load(street, weather) once per episode."
             )
-        scenery, light = self._scenery, self._light
+        scenery, light = self._scenery, flashed(self._light, flash_lx)
         pose = camera_pose(self.config, snapshot.ego)
         channels = 1 if luminance_only else 3
         shape = (self.config.height_px, self.config.width_px)
@@ -109,6 +126,7 @@ class Renderer:
         env = self._environment(pose, snapshot.ego, light)
         lamps = self._lamps(pose, scenery, light)
         beams = self._beams(pose, snapshot.actors, light)
+        self._table = self._tables[int(snapshot.ego["headlight"] > 1)]
         optics, rotation, camera = (pose.focal_px, pose.cx, pose.cy), pose.rotation, pose.origin
         v = self._vehicles
         frame = (out, self._alpha, self._nearest, self._weight, depth, ids)
@@ -261,7 +279,7 @@ class Renderer:
         ):  # fmt: skip
             env[at : at + 3] = value
         env[env_at.ENV_BETA] = self._weather.extinction_per_m
-        env[env_at.ENV_BEAM] = float(light.beam_on)
+        env[env_at.ENV_BEAM] = float(light.beam_on or ego["headlight"] > 0)
         env[env_at.ENV_WET] = self._weather.wetness
         env[env_at.ENV_BEAM_POSITION : env_at.ENV_BEAM_POSITION + 12] = _beam(pose, ego)
         return env
@@ -277,6 +295,12 @@ class Renderer:
             a for a in actors if light.beam_on and a["kind"] == ActorKind.VEHICLE and a["headlight"] > 0
         ]
         return np.array([[*_beam(pose, a), float(a["headlight"])] for a in shining]).reshape(-1, 13)
+
+
+def _beam_tables() -> np.ndarray:
+    """(ego's low or high, own or others' beam, rows, columns): others always have their low beams on."""
+    low, high = low_beam_table(), high_beam_table()
+    return np.ascontiguousarray(np.stack([np.stack([low, low]), np.stack([high, low])]))
 
 
 def _beam(pose: CameraPose, vehicle: np.ndarray) -> np.ndarray:

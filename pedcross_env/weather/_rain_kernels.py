@@ -1,4 +1,4 @@
-"""Kernels of the rain: drops from hashed cells, streaks with soft edges."""
+"""Kernels of rain and snow: drops and flakes from hashed cells, streaks with soft edges."""
 
 from __future__ import annotations
 
@@ -9,11 +9,15 @@ from numba import njit
 
 from pedcross_env.hashing import combine, unit
 
-__all__ = ["draw_rain"]
+__all__ = ["FADE", "draw_rain"]
+
+FADE = 0.4  # above the least width, over which a drop gains its full strength
 
 # A cell's size depends on the rain alone, so that cameras of any optics see the same drops.
 _DROPS_PER_CELL = 4.0
 _LARGEST_CELL_M = 3.0
+_SWAY_LEAST, _SWAY_MORE = 3.0, 4.0  # rad/s at which flakes sway
+TURN = 2.0 * math.pi
 _EDGE_PX = 0.5  # half a pixel: edges are blurred by the pixel's own width
 
 
@@ -50,6 +54,7 @@ def _streak(
     width_px: float,
     z: float,
     brightness: float,
+    strength: float,
 ) -> bool:
     """Blend a streak between two image points; whether any pixel was reached."""
     rows, columns = luminance.shape
@@ -59,7 +64,7 @@ def _streak(
     half_across = 0.5 * width_px + _EDGE_PX
     half_along = 0.5 * (width_px + length) + _EDGE_PX
     # Where the streak is narrower than a pixel, the pixel's share of it is what counts.
-    opacity = width_px / (width_px + length)
+    opacity = strength * width_px / (width_px + length)
     most_across, most_along = min(1.0, width_px), min(1.0, width_px + length)
     reach = half_along * abs(along_y) + half_across * abs(along_x)
     first_row = max(0, math.floor(middle_y - reach))
@@ -104,9 +109,10 @@ def _class_streaks(
     size: tuple[float, float, float, float],
     limits: tuple[float, float],
     brightness: float,
+    sway_m: float,
     key: np.uint64,
 ) -> int:
-    """Draw one size class of drops, all moving at ``velocity`` (world)."""
+    """Draw one size class of drops, all moving at ``velocity`` (world), swaying about their way by ``sway_m``."""
     focal, cx, cy = optics
     low_mm, high_mm, per_m3, slope = size
     least_px, nearest = limits
@@ -119,7 +125,7 @@ def _class_streaks(
     moved[2] -= ego_mps
     # Bounds of the frustum in the frame that falls with the drops, widened by half a streak.
     shift = velocity * time_s
-    slack = 0.5 * exposure_s * (np.abs(velocity) + abs(ego_mps) * np.abs(rotation[2]))
+    slack = sway_m + 0.5 * exposure_s * (np.abs(velocity) + abs(ego_mps) * np.abs(rotation[2]))
     low, high = np.full(3, 1e18), np.full(3, -1e18)
     for z in (nearest, farthest):
         for u in (0.0, float(columns)):
@@ -157,15 +163,25 @@ def _class_streaks(
                 place = combine(combine(combine(key, np.uint64(ix)), np.uint64(iy)), np.uint64(iz))
                 for drop in range(_poisson(mean, combine(place, np.uint64(0)))):
                     own = combine(place, np.uint64(drop + 1))
-                    # Truncated exponential: Marshall and Palmer's law within the class.
+                    # Truncated exponential: the law of sizes within the class.
                     diameter_mm = low_mm - math.log(1.0 - unit(own) * (1.0 - falling)) / slope
                     for axis in range(3):
                         index = ix if axis == 0 else (iy if axis == 1 else iz)
                         own = combine(own, np.uint64(axis))
                         here[axis] = (index + unit(own)) * cell + shift[axis] - origin[axis]
+                    if sway_m > 0:
+                        own = combine(own, np.uint64(3))
+                        turn = TURN * unit(own) + time_s * (
+                            _SWAY_LEAST + _SWAY_MORE * unit(combine(own, np.uint64(4)))
+                        )
+                        here[0] += sway_m * math.cos(turn)
+                        here[1] += sway_m * math.sin(turn)
                     z = rotation[2, 0] * here[0] + rotation[2, 1] * here[1] + rotation[2, 2] * here[2]
-                    if z < nearest or 1e-3 * diameter_mm * focal < least_px * z:
+                    width_px = 1e-3 * diameter_mm * focal / z
+                    if z < nearest or width_px < least_px:
                         continue
+                    # What comes nearer appears little by little.
+                    strength = min(1.0, (width_px / least_px - 1.0) / FADE)
                     x = rotation[0, 0] * here[0] + rotation[0, 1] * here[1] + rotation[0, 2] * here[2]
                     y = rotation[1, 0] * here[0] + rotation[1, 1] * here[1] + rotation[1, 2] * here[2]
                     half = 0.5 * exposure_s
@@ -175,7 +191,7 @@ def _class_streaks(
                         luminance, radiance, depth,
                         cx + focal * (x - moved[0] * half) / z0, cy + focal * (y - moved[1] * half) / z0,
                         cx + focal * (x + moved[0] * half) / z1, cy + focal * (y + moved[1] * half) / z1,
-                        1e-3 * diameter_mm * focal / z, z, brightness,
+                        width_px, z, brightness, strength,
                     ):  # fmt: skip
                         drawn += 1
     return drawn
@@ -199,10 +215,11 @@ def draw_rain(
     high_mm: np.ndarray,
     per_m3: np.ndarray,
     speed_mps: np.ndarray,
-    slope: float,
+    slope: np.ndarray,
     least_px: float,
     nearest: float,
     brightness: float,
+    sway_m: float,
     key: np.uint64,
 ) -> int:
     """Draw all classes of drops; return the number of streaks that reached a pixel."""
@@ -210,7 +227,7 @@ def draw_rain(
     for k in range(low_mm.size):
         drawn += _class_streaks(
             luminance, radiance, depth, origin, rotation, (focal, cx, cy), time_s, exposure_s,
-            np.array([0.0, wind_mps, -speed_mps[k]]), ego_mps, (low_mm[k], high_mm[k], per_m3[k], slope),
-            (least_px, nearest), brightness, combine(key, np.uint64(k)),
+            np.array([0.0, wind_mps, -speed_mps[k]]), ego_mps, (low_mm[k], high_mm[k], per_m3[k], slope[k]),
+            (least_px, nearest), brightness, sway_m, combine(key, np.uint64(k)),
         )  # fmt: skip
     return drawn

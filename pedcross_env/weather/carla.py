@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from types import MappingProxyType
 
 from pedcross_env.config import require
-from pedcross_env.weather.road import friction_of_film, rain_film_mm, wetness_of_film
+from pedcross_env.weather.road import rain_film_mm, road_friction, wetness_of_film
 from pedcross_env.weather.weather import Weather
 
 __all__ = ["CARLA_WEATHERS", "CarlaWeather", "to_physical"]
@@ -96,7 +96,7 @@ def to_physical(carla: CarlaWeather, name: str = "carla") -> Weather:
         sun_azimuth_deg=-carla.sun_azimuth_angle,
         street_lamps=night,
         headlights=night or rain_mm_h > 2.5 or visibility_m < 500,
-        friction=friction_of_film(film_mm),
+        friction=road_friction(film_mm),
     )
 
 

@@ -1,4 +1,4 @@
-"""Rain before the lens: drops that exist in the world, drawn as the streaks an exposure makes of them.
+"""Rain and snow before the lens: drops that exist in the world, drawn as the streaks an exposure makes of them.
 
 Space is cut into cells that fall with the drops of one size class. Which drops a cell holds follows from
 a hash of the seed and the cell's place, so every camera, at every time, sees the same drops, wherever it
@@ -8,21 +8,29 @@ stands: nothing is simulated and nothing has to be remembered.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from pedcross_env.config import require
 from pedcross_env.contracts import Frame
-from pedcross_env.hashing import seed_key
+from pedcross_env.hashing import child_key, seed_key
 from pedcross_env.weather import _rain_kernels as kernels
 from pedcross_env.weather.weather import Weather
 
-__all__ = ["Pose", "Precipitation", "drop_density_per_m3_mm", "fall_speed_mps"]
+__all__ = [
+    "Pose", "Precipitation", "drop_density_per_m3_mm", "fall_speed_mps", "flake_density_per_m3_mm", "flake_speed_mps",
+]  # fmt: skip
 
 _SMALLEST_MM = 0.4
 _LARGEST_MM = 6.0  # larger drops break up
 _CLASSES = 14
+_SMALLEST_FLAKE_MM, _LARGEST_FLAKE_MM = 1.0, 16.0
+_FLAKE_MM, _FLAKE_POWER = 2.295, 3 / 2.078  # size of a flake over that of the drop it melts to
+_FLAKE_WHITE = 0.9  # share of the light around it that a flake scatters on
+_FLAKE_MIN_WIDTH_PX = 0.5
+_SWAY_M = 0.04
 _NEAREST_M = 0.4  # nearer drops are blurred away, or do not pass the windscreen
 _MIN_WIDTH_PX = 0.35  # narrower streaks are left to the extinction
 _MIN_WIDTH_AT_PX = 800.0  # for pictures wider than this the least width grows in proportion
@@ -63,29 +71,79 @@ def _slope_per_mm(rain_mm_h: float) -> float:
     return 4.1 * rain_mm_h**-0.21
 
 
+def flake_density_per_m3_mm(diameter_mm: float, snow_mm_h: float) -> float:
+    """Flakes per m3 and mm of diameter.
+
+    Gunn and Marshall (1958): 3800 R^-0.87 exp(-2.55 R^-0.48 d) over the diameter d of the melted drop. A flake of
+    diameter D has the density 0.178 D^-0.922 g/cm3 (Brandes et al., 2007), hence D = 2.295 d^1.444.
+    """
+    if snow_mm_h <= 0 or diameter_mm <= 0:
+        return 0.0
+    melted_mm = (diameter_mm / _FLAKE_MM) ** (1 / _FLAKE_POWER)
+    stretch = melted_mm / (_FLAKE_POWER * diameter_mm)
+    return 3800.0 * snow_mm_h**-0.87 * math.exp(-2.55 * snow_mm_h**-0.48 * melted_mm) * stretch
+
+
+def flake_speed_mps(diameter_mm: float) -> float:
+    """Fall speed of an aggregate: 0.8 D^0.16 (Locatelli and Hobbs, 1974)."""
+    return 0.8 * diameter_mm**0.16
+
+
+@dataclass(frozen=True, slots=True)
+class _Drops:
+    """Classes of sizes (K,): range, number per m3, speed, slope of the density within the class; and their looks."""
+
+    low_mm: np.ndarray
+    high_mm: np.ndarray
+    per_m3: np.ndarray
+    speed_mps: np.ndarray
+    slope_per_mm: np.ndarray
+    brightness: float
+    least_px: float
+    sway_m: float
+    key: np.uint64
+
+
+def _raindrops(rain_mm_h: float, key: np.uint64) -> _Drops:
+    edges = np.linspace(_SMALLEST_MM, _LARGEST_MM, _CLASSES + 1)
+    low, high = edges[:-1].copy(), edges[1:].copy()
+    slope = _slope_per_mm(rain_mm_h)
+    below = np.array([math.exp(-slope * edge) for edge in edges])
+    # Mean diameter of the class: all its drops fall at one speed, as its cells do.
+    mean_mm = (low * below[:-1] - high * below[1:]) / (below[:-1] - below[1:]) + 1.0 / slope
+    return _Drops(
+        low, high, 8000.0 / slope * (below[:-1] - below[1:]), np.array([fall_speed_mps(d) for d in mean_mm]),
+        np.full(_CLASSES, slope), _BRIGHTNESS, _MIN_WIDTH_PX, 0.0, key,
+    )  # fmt: skip
+
+
+def _flakes(snow_mm_h: float, key: np.uint64) -> _Drops:
+    edges = np.geomspace(_SMALLEST_FLAKE_MM, _LARGEST_FLAKE_MM, _CLASSES + 1)
+    low, high = edges[:-1].copy(), edges[1:].copy()
+    density = np.array([flake_density_per_m3_mm(edge, snow_mm_h) for edge in edges])
+    # Within a class the density is taken as exponential between its edges.
+    slope = np.log(density[:-1] / density[1:]) / (high - low)
+    number = (density[:-1] - density[1:]) / slope
+    speed = np.array([flake_speed_mps(d) for d in np.sqrt(low * high)])
+    return _Drops(low, high, number, speed, slope, _FLAKE_WHITE, _FLAKE_MIN_WIDTH_PX, _SWAY_M, key)
+
+
 class Precipitation:
-    """The rain of one episode.
+    """The rain and the snow of one episode.
 
     Args:
-        weather: Its rain rate and wind; without rain nothing is ever drawn.
-        seed: Of the drops' places.
+        weather: Its rates and wind; without rain and snow nothing is ever drawn.
+        seed: Of the places of drops and flakes.
     """
 
     def __init__(self, weather: Weather, seed: int) -> None:
-        self._key = seed_key(seed)
-        self._rate_mm_h = weather.rain_mm_h
+        key = seed_key(seed)
         self._wind_mps = weather.wind_mps
-        edges = np.linspace(_SMALLEST_MM, _LARGEST_MM, _CLASSES + 1)
-        self._low_mm, self._high_mm = edges[:-1].copy(), edges[1:].copy()
-        if self._rate_mm_h > 0:
-            slope = _slope_per_mm(self._rate_mm_h)
-            below = np.array([math.exp(-slope * edge) for edge in edges])
-            self._slope_per_mm = slope
-            self._per_m3 = 8000.0 / slope * (below[:-1] - below[1:])
-            # Mean diameter of the class: all its drops fall at one speed, as its cells do.
-            shares = self._low_mm * below[:-1] - self._high_mm * below[1:]
-            mean_mm = shares / (below[:-1] - below[1:]) + 1.0 / slope
-            self._speed_mps = np.array([fall_speed_mps(d) for d in mean_mm])
+        self._kinds: list[_Drops] = []
+        if weather.rain_mm_h > 0:
+            self._kinds.append(_raindrops(weather.rain_mm_h, key))
+        if weather.snow_mm_h > 0:
+            self._kinds.append(_flakes(weather.snow_mm_h, child_key(key, 0x5E0)))
 
     def draw(
         self,
@@ -96,13 +154,16 @@ class Precipitation:
         ego_velocity_mps: float,
         depth: np.ndarray | None = None,
     ) -> int:
-        """Draw the drops that cross the view during an exposure centred on ``time_s``, in place.
+        """Draw the drops and flakes that cross the view during an exposure centred on ``time_s``, in place.
 
         A drop of diameter D at depth z is a streak D f / z wide and as long as its motion relative to the
         camera. It covers each pixel under it for the share width / (width + length) of the exposure
         (Garg and Nayar), so long exposures make long and faint streaks. Its brightness is 0.95 of
-        the mean of the horizon sky's and the picture's luminance. Consecutive exposures that touch
-        leave no gaps, so an event camera should pass the time between two renders.
+        the mean of the horizon sky's and the picture's luminance. Flakes, which sway as they fall, are drawn
+        alike, with 0.9 of that mean. Consecutive exposures that touch leave no gaps, so an event camera should
+        pass the time between two renders.
+
+        What is narrower than a fraction of a pixel is left to the extinction; a drop that comes nearer fades in.
 
         Args:
             frame: Its luminance and, if there, its radiance are changed.
@@ -117,7 +178,7 @@ class Precipitation:
             How many streaks were drawn.
         """
         require(exposure_s >= 0, "exposure_s", exposure_s, "0 or more")
-        if self._rate_mm_h == 0:
+        if not self._kinds:
             return 0
         depth = frame.depth if frame.depth is not None else depth
         no_depth, no_radiance = np.empty((0, 0), np.float32), np.empty((0, 0, 0), np.float32)
@@ -125,17 +186,21 @@ class Precipitation:
             _SAMPLE_STEP_PX // 2 :: _SAMPLE_STEP_PX, _SAMPLE_STEP_PX // 2 :: _SAMPLE_STEP_PX
         ]
         around = float(np.mean(sample, dtype=np.float64)) if sample.size else frame.airlight
-        least_px = _MIN_WIDTH_PX * max(1.0, pose.width_px / _MIN_WIDTH_AT_PX)
-        return int(
-            kernels.draw_rain(
-                frame.luminance,
-                no_radiance if frame.radiance is None else frame.radiance,
-                no_depth if depth is None else depth,
-                np.ascontiguousarray(pose.origin, np.float64),
-                np.ascontiguousarray(pose.rotation, np.float64),
-                float(pose.focal_px), float(pose.cx), float(pose.cy),
-                float(time_s), float(exposure_s), float(ego_velocity_mps), float(self._wind_mps),
-                self._low_mm, self._high_mm, self._per_m3, self._speed_mps, self._slope_per_mm,
-                least_px, _NEAREST_M, np.float32(_BRIGHTNESS * 0.5 * (frame.airlight + around)), self._key,
-            )
-        )  # fmt: skip
+        coarse = max(1.0, pose.width_px / _MIN_WIDTH_AT_PX)
+        drawn = 0
+        for kind in self._kinds:
+            drawn += int(
+                kernels.draw_rain(
+                    frame.luminance,
+                    no_radiance if frame.radiance is None else frame.radiance,
+                    no_depth if depth is None else depth,
+                    np.ascontiguousarray(pose.origin, np.float64),
+                    np.ascontiguousarray(pose.rotation, np.float64),
+                    float(pose.focal_px), float(pose.cx), float(pose.cy),
+                    float(time_s), float(exposure_s), float(ego_velocity_mps), float(self._wind_mps),
+                    kind.low_mm, kind.high_mm, kind.per_m3, kind.speed_mps, kind.slope_per_mm,
+                    kind.least_px * coarse, _NEAREST_M, np.float32(kind.brightness * 0.5 * (frame.airlight + around)),
+                    kind.sway_m, kind.key,
+                )
+            )  # fmt: skip
+        return drawn

@@ -24,7 +24,7 @@ class ActorRecords:
         scenario: Who is there.
         ego: The ego's size.
         movers: Indices of vehicles that drive.
-        headlights: Whether the vehicles that drive, the ego too, have their low beams on.
+        headlights: Whether the vehicles that drive have their low beams on, the ego too unless its config says more.
 
     Attributes:
         pedestrian_ids: (P,) int, of the scenario's pedestrians in their order.
@@ -57,7 +57,8 @@ class ActorRecords:
             ActorKind.VEHICLE,
             VEHICLE_MODELS.index("sedan"),
         )
-        self._ego["y"], self._ego["headlight"] = scenario.street.ego_lane_y_m, float(headlights)
+        own = {"auto": float(headlights), "low": 1.0, "high": 2.0}[ego.headlights]
+        self._ego["y"], self._ego["headlight"] = scenario.street.ego_lane_y_m, own
         self._ego["length"], self._ego["width"], self._ego["height"] = ego.length_m, ego.width_m, ego.height_m
         self.vehicle_ids = self._actors["id"][: self._first_pedestrian].copy()
         self.pedestrian_ids = self._actors["id"][self._first_pedestrian :].copy()

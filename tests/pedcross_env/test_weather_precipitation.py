@@ -10,7 +10,12 @@ import pytest
 
 from pedcross_env.contracts import Frame
 from pedcross_env.weather import Precipitation, Weather
-from pedcross_env.weather.precipitation import drop_density_per_m3_mm, fall_speed_mps
+from pedcross_env.weather.precipitation import (
+    drop_density_per_m3_mm,
+    fall_speed_mps,
+    flake_density_per_m3_mm,
+    flake_speed_mps,
+)  # fmt: skip
 
 WIDTH, HEIGHT = 450, 256
 FOCAL = 0.5 * WIDTH / math.tan(math.radians(30))
@@ -52,12 +57,19 @@ def picture(drops: Precipitation, pose: View, time_s: float, exposure_s: float =
     return frame.luminance.astype(np.float64) / DROP
 
 
+def drawn_depth_m(diameters_mm: np.ndarray, least_px: float) -> np.ndarray:
+    """How deep drops are drawn: from 0.4 m to where they are least_px wide, fading over the last 1.4 of its inverse."""
+    inverse = np.linspace(1e-3, 2.5, 20_001)  # of the depth, 1/m
+    farthest = 1e-3 * diameters_mm * FOCAL / least_px
+    strength = np.clip((farthest[:, None] * inverse - 1) / 0.4, 0, 1)
+    return np.trapezoid(strength / inverse**2, inverse, axis=1)
+
+
 def expected_cover(rate: float) -> float:
     """Mean covered share of the view: integral of N(D) D^2 over sizes and the depths they are drawn in."""
-    diameters = np.linspace(0.4, 6.0, 2001)
+    diameters = np.linspace(0.4, 6.0, 201)
     density = np.array([drop_density_per_m3_mm(d, rate) for d in diameters])
-    depths = np.maximum(0.0, 1e-3 * diameters * FOCAL / 0.35 - 0.4)
-    return float(np.trapezoid(density * (1e-3 * diameters) ** 2 * depths, diameters))
+    return float(np.trapezoid(density * (1e-3 * diameters) ** 2 * drawn_depth_m(diameters, 0.35), diameters))
 
 
 @pytest.mark.parametrize(("rate", "yaw"), [(10.0, 0.0), (50.0, 0.7)])
@@ -74,12 +86,14 @@ def test_a_drop_falls_straight_at_its_own_speed() -> None:
     """Followed over three sub-frames: even steps downwards, same size, and a speed that fits that size."""
     drops, followed = rain(0.02), 0
     y, x = np.mgrid[:HEIGHT, :WIDTH] + 0.5
-    for second in range(200):
+    for second in range(500):
         images = [picture(drops, view(), second + k * STEP_S) for k in range(3)]
         counts = [drops.draw(black(), view(), second + k * STEP_S, 0.0, 0.0) for k in range(3)]
         if counts != [1, 1, 1] or any(_touches_edge(image) for image in images):
             continue
         mass = [image.sum() for image in images]
+        if math.sqrt(min(mass)) < 0.5:  # still fading in: its cover tells nothing of its width
+            continue
         cx = [float((x * image).sum() / image.sum()) for image in images]
         cy = [float((y * image).sum() / image.sum()) for image in images]
         first, second_step = cy[1] - cy[0], cy[2] - cy[1]
@@ -213,3 +227,54 @@ def test_same_seed_same_drops() -> None:
     first = picture(rain(20.0, seed=4), view(), 2.0, 0.003)
     np.testing.assert_array_equal(first, picture(rain(20.0, seed=4), view(), 2.0, 0.003))
     assert not np.array_equal(first, picture(rain(20.0, seed=5), view(), 2.0, 0.003))
+
+
+def snow(rate: float, seed: int = 1, wind: float = 0.0) -> Precipitation:
+    return Precipitation(Weather(snow_mm_h=rate, wind_mps=wind), seed)
+
+
+def test_flakes_carry_the_snow_rate_they_are_drawn_from() -> None:
+    """Mass flux of Gunn and Marshall's flakes at 1 m/s and more: the rate, within what their fit leaves open."""
+    diameters = np.linspace(0.05, 40.0, 8001)
+    for rate in (0.5, 2.0):
+        density = np.array([flake_density_per_m3_mm(d, rate) for d in diameters])
+        speed = np.array([flake_speed_mps(d) for d in diameters])
+        melted_mm = (diameters / 2.295) ** (1 / 1.4437)
+        flux_mm_h = (
+            np.trapezoid(density * math.pi / 6 * (1e-3 * melted_mm) ** 3 * speed, diameters) * 1000 * 3600
+        )
+        assert 0.5 * rate < flux_mm_h < 2.0 * rate
+
+
+def test_drawn_snow_covers_what_its_sizes_say() -> None:
+    diameters = np.linspace(1.0, 16.0, 201)
+    density = np.array([flake_density_per_m3_mm(d, 2.0) for d in diameters])
+    depths = drawn_depth_m(diameters, 0.5)
+    expected = float(np.trapezoid(density * (1e-3 * diameters) ** 2 * depths, diameters))
+    share = 0.95 / 0.9  # picture() counts in the brightness of raindrops
+    means = [share * picture(snow(2.0, wind=2.0), view(), float(t)).mean() for t in range(40)]
+    error = float(np.std(means)) / math.sqrt(len(means))
+    assert error < 0.05 * expected
+    assert abs(np.mean(means) - expected) < 4 * error + 0.02 * expected
+
+
+def test_flakes_sink_at_a_metre_per_second_and_sway() -> None:
+    """A second picture fits the first best where flakes at 1 m/s would have sunk to, not where rain would have."""
+    drops, depth_m = snow(3.0), 2.0
+    before, after = picture(drops, view(), 1.0), picture(drops, view(), 1.01)
+    shifts = range(-2, 20)
+    scores = [
+        float((before[: HEIGHT - 20] * after[k : HEIGHT - 20 + k]).sum()) if k >= 0 else 0.0 for k in shifts
+    ]
+    best = shifts[int(np.argmax(scores))]
+    assert 0.4 < best / (0.01 * FOCAL / depth_m) < 3.0
+    straight = picture(drops, view(), 1.0)
+    np.testing.assert_array_equal(straight, before)
+
+
+def test_more_snow_draws_more_flakes_and_both_kinds_fall_together() -> None:
+    counts = [snow(rate).draw(black(), view(), 1.0, 0.003, 10.0) for rate in (0.0, 0.5, 2.0)]
+    assert counts[0] == 0
+    assert counts == sorted(set(counts))
+    sleet = Precipitation(Weather(snow_mm_h=2.0, rain_mm_h=5.0), 1).draw(black(), view(), 1.0, 0.003, 10.0)
+    assert sleet > counts[2]

@@ -3,17 +3,28 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pedcross_env.errors import ConfigError
-from pedcross_env.weather import BAD_WEATHERS, WEATHERS, Weather, weather_by_name, weather_names
+from pedcross_env.weather import (
+    BAD_WEATHERS,
+    WEATHERS,
+    Weather,
+    as_weather,
+    make_weather,
+    register_weather,
+    weather_by_name,
+    weather_names,
+)  # fmt: skip
 from pedcross_env.weather.carla import CARLA_WEATHERS, CarlaWeather, to_physical
-from pedcross_env.weather.road import friction_of_film, rain_film_mm, wetness_of_film
+from pedcross_env.weather.road import friction_of_film, rain_film_mm, road_friction, wetness_of_film
 
 percent = st.floats(0, 100)
+share = st.floats(0, 1)
 
 
 def test_every_name_gives_the_weather_of_that_name() -> None:
@@ -32,13 +43,27 @@ def test_an_unknown_name_gets_the_nearest() -> None:
 def test_presets_are_physically_consistent(name: str) -> None:
     weather = weather_by_name(name)
     assert weather.water_film_mm >= rain_film_mm(weather.rain_mm_h)
-    assert weather.friction == friction_of_film(weather.water_film_mm)
+    assert weather.friction == road_friction(weather.water_film_mm, weather.snow_cover, weather.ice_cover)
     assert weather.wetness >= wetness_of_film(weather.water_film_mm)
+    assert (weather.snow_cover > 0) == (weather.snow_mm_h > 0)
     assert weather.headlights or not weather.night
     assert not weather.street_lamps or weather.sun_altitude_deg < 0
     assert weather.rain_mm_h <= 2.5 or weather.cloudiness > 0.5
     if weather.rain_mm_h > 50:
         assert weather.headlights
+
+
+def test_friction_runs_from_dry_asphalt_to_wet_ice() -> None:
+    assert road_friction() == 0.85
+    assert road_friction(snow_cover=1.0) == pytest.approx(0.25)
+    assert road_friction(2.0, snow_cover=0.5, ice_cover=1.0) == pytest.approx(0.10)
+
+
+@given(share, share, st.floats(0, 5), share)
+def test_more_snow_or_ice_never_grips_better(one: float, other: float, film_mm: float, rest: float) -> None:
+    less, more = sorted((one, other))
+    assert road_friction(film_mm, more, rest) <= road_friction(film_mm, less, rest) + 1e-12
+    assert road_friction(film_mm, rest, more) <= road_friction(film_mm, rest, less) + 1e-12
 
 
 def test_friction_has_the_values_of_wet_roads() -> None:
@@ -48,16 +73,23 @@ def test_friction_has_the_values_of_wet_roads() -> None:
 def test_presets_lie_in_the_classes_they_are_named_after() -> None:
     assert 7.6 < WEATHERS["rain"].rain_mm_h <= 50 < WEATHERS["storm"].rain_mm_h
     assert WEATHERS["fog_dense"].visibility_m < 50 < WEATHERS["fog"].visibility_m < 200
+    assert 50 <= WEATHERS["fog_thick"].visibility_m < 200 <= WEATHERS["fog_moderate"].visibility_m < 500
     assert 500 <= WEATHERS["fog_light"].visibility_m <= 1000
+    assert all(weather.lightning_per_min > 0 for name, weather in WEATHERS.items() if "thunder" in name)
     nights = {name for name, weather in WEATHERS.items() if weather.night}
-    assert nights == {"night", "night_unlit", "rain_night", "fog_night"}
+    assert nights == {
+        "night", "night_unlit", "rain_night", "fog_night", "snow_night", "thunderstorm_night"
+    }  # fmt: skip
     assert {name for name in nights if not WEATHERS[name].street_lamps} == {"night_unlit"}
 
 
 def test_worse_weather_brakes_longer_and_sees_less() -> None:
-    order = [WEATHERS[name] for name in ("clear", "fog_light", "fog", "fog_dense")]
+    order = [
+        WEATHERS[name] for name in ("clear", "fog_light", "fog_moderate", "fog_thick", "fog", "fog_dense")
+    ]
     assert [w.extinction_per_m for w in order] == sorted(w.extinction_per_m for w in order)
-    assert WEATHERS["storm"].friction < WEATHERS["rain"].friction < WEATHERS["clear"].friction
+    frictions = [WEATHERS[name].friction for name in ("ice", "snow", "storm", "rain", "clear")]
+    assert frictions == sorted(set(frictions))
 
 
 @given(st.floats(5, 1e5), st.floats(5, 1e5), st.floats(0, 300), st.floats(0, 300))
@@ -122,3 +154,51 @@ def test_values_out_of_range_are_refused() -> None:
         CarlaWeather(fog_density=101)
     with pytest.raises(ConfigError, match="finite"):
         CarlaWeather(wetness=float("nan"))
+
+
+def test_snow_hides_what_the_recommendation_says() -> None:
+    """ITU-R P.1814, dry snow: 5.53 dB per km at 1 mm/h, with the power 1.38 of the rate."""
+    decibels_per_km = 10 / math.log(10) * 1000 * Weather(snow_mm_h=1.0).extinction_per_m
+    assert decibels_per_km == pytest.approx(5.53, abs=0.01)
+    ratio = Weather(snow_mm_h=3.0).extinction_per_m / Weather(snow_mm_h=1.0).extinction_per_m
+    assert ratio == pytest.approx(3.0**1.38)
+
+
+def test_the_road_follows_from_quantities_given_directly() -> None:
+    assert make_weather(rain_mm_h=30.0).water_film_mm == rain_film_mm(30.0)
+    assert make_weather(rain_mm_h=30.0).friction == road_friction(rain_film_mm(30.0))
+    assert make_weather(snow_mm_h=3.0).friction < 0.4
+    assert make_weather(rain_mm_h=30.0, friction=0.7).friction == 0.7
+    assert make_weather(WEATHERS["rain"], visibility_m=90.0).friction == WEATHERS["rain"].friction
+
+
+def test_a_weather_may_be_a_name_an_object_quantities_or_carlas_parameters() -> None:
+    assert as_weather("fog") is WEATHERS["fog"]
+    assert as_weather(WEATHERS["fog"]) is WEATHERS["fog"]
+    night = as_weather({"preset": "night", "visibility_m": 120.0, "name": "misty night"})
+    assert (night.night, night.street_lamps, night.visibility_m, night.name) == (
+        True,
+        True,
+        120.0,
+        "misty night",
+    )
+    carla = CarlaWeather(precipitation=60, sun_altitude_angle=15)
+    assert as_weather(carla) == as_weather({"carla": {"precipitation": 60, "sun_altitude_angle": 15}})
+    with pytest.raises(ConfigError, match="'rain_mm_h'"):
+        as_weather({"rain_mmh": 3.0})
+    with pytest.raises(ConfigError, match="precipitation"):
+        as_weather({"carla": {"precipitatio": 3.0}})
+    with pytest.raises(ConfigError, match="int"):
+        as_weather(3)  # type: ignore[arg-type]
+
+
+def test_a_weather_of_ones_own_has_a_name_that_no_other_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pedcross_env.weather.presets._OWN", {})
+    drizzle = make_weather(name="drizzle", rain_mm_h=0.5, cloudiness=1.0)
+    register_weather(drizzle)
+    register_weather(drizzle)
+    assert weather_by_name("drizzle") is drizzle
+    assert "drizzle" in weather_names()
+    for taken in ("drizzle", "fog", "ClearNoon"):
+        with pytest.raises(ConfigError, match="taken"):
+            register_weather(make_weather(name=taken, rain_mm_h=1.0))

@@ -236,7 +236,7 @@ def _lamp_at(lamp_map, frame, x, y):
 
 @kernel
 def _beam_at(table, beam, up, x, y, z):
-    """Illuminance of the ground at a point in camera coordinates from one low beam."""
+    """Illuminance of the ground at a point in camera coordinates from one beam."""
     dx, dy, dz = x - beam[0], y - beam[1], z - beam[2]
     forward = dx * beam[3] + dy * beam[4] + dz * beam[5]
     if forward < 0.05 or forward > BEAM_RANGE_M:
@@ -274,9 +274,9 @@ def _lights_row(lamp_map, lamp_frame, table, env, beams, place, z, yn, focal, cx
             )
         if beams_on:
             xc = (x - cx) / focal * z
-            light = fade * _beam_at(table, own, up, xc, yn * z, z)
+            light = fade * _beam_at(table[0], own, up, xc, yn * z, z)
             for k in range(beams.shape[0]):
-                light += beams[k, 12] * _beam_at(table, beams[k], up, xc, yn * z, z)
+                light += beams[k, 12] * _beam_at(table[1], beams[k], up, xc, yn * z, z)
         now_beam = np.float32(light)
         for k in range(max(0, i + 1), j + 1):
             t = np.float32((k - i) / (j - i)) if i >= 0 else F1

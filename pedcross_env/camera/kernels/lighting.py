@@ -62,10 +62,10 @@ def _beam_at(table, beam, x, y, z):
 
 @kernel
 def head_irradiance(point, env, table, beta):
-    """Illuminance at normal incidence from the ego's own low beam, dimmed by the fog on its way."""
+    """Illuminance at normal incidence from the ego's own beam, dimmed by the fog on its way."""
     if env[ENV_BEAM] == 0.0:
         return 0.0
-    e = _beam_at(table, env[ENV_BEAM_POSITION : ENV_BEAM_POSITION + 12], point[0], point[1], point[2])
+    e = _beam_at(table[0], env[ENV_BEAM_POSITION : ENV_BEAM_POSITION + 12], point[0], point[1], point[2])
     return e * math.exp(-beta * max(0.0, point[2]))
 
 
@@ -92,7 +92,7 @@ def light_field(point, env, lamps, beams, table, field):
             field[c, 2] += WRAP * tint * dy / r
             field[c, 3] += WRAP * tint * dz / r
     for i in range(beams.shape[0]):
-        e = beams[i, 12] * _beam_at(table, beams[i], point[0], point[1], point[2])
+        e = beams[i, 12] * _beam_at(table[1], beams[i], point[0], point[1], point[2])
         if e <= 0.0:
             continue
         dx, dy, dz = beams[i, 0] - point[0], beams[i, 1] - point[1], beams[i, 2] - point[2]

@@ -153,7 +153,7 @@ def _lamp_glow(kind, actor, centre, normal, rotation, env, table, albedo, out):
             across -= centre[k] * (rotation[k, 1] * math.cos(yaw) - rotation[k, 0] * math.sin(yaw))
             u -= centre[k] * rotation[k, 2]
             r2 += centre[k] * centre[k]
-        candela = 0.5 * beam_candela(table, across / f, u / f) if f > 0.05 else 0.0
+        candela = 0.5 * beam_candela(table[1], across / f, u / f) if f > 0.05 else 0.0
         seen = abs(centre[0] * normal[0] + centre[1] * normal[1] + centre[2] * normal[2]) / math.sqrt(
             r2 + 1e-9
         )
@@ -364,7 +364,7 @@ def draw_scene(
         env: (ENV_SIZE,) see kernels.lighting.
         lamps: (L, 3) camera coordinates.
         beams: (B, 13) others' low beams.
-        table: Low-beam candela.
+        table: (2, rows, columns) candela of the ego's and of others' beams.
         optics: (focal, cx, cy).
         xs: (W,) pixel centres.
         size: (height, width).
