@@ -27,6 +27,7 @@ from pedcross_env.camera.light import (
     low_beam_table,
 )
 from pedcross_env.camera.pinhole import CameraPose, camera_pose
+from pedcross_env.camera.profiles import bands_of, stripes_of
 from pedcross_env.camera.scenery import (
     ACROSS_TEXEL_M,
     ALONG_TEXEL_M,
@@ -68,7 +69,9 @@ class Renderer:
             for c in (1, 3)
         }
         self._alpha, self._nearest, self._weight = (np.zeros((h, w), np.float32) for _ in range(3))
-        self._line = np.zeros(513, np.float32)
+        self._ground_work = (
+            np.zeros(3), np.zeros(513, np.float32), np.zeros(18, np.float32), np.zeros(4, np.int64), np.zeros((4, 3), np.float32),
+        )  # fmt: skip
         self._tables = _beam_tables()
         self._table = self._tables[0]
         self._vehicles = vehicle_table()
@@ -87,6 +90,10 @@ class Renderer:
             self._tree_shadows = self._tree_shadows[:0]
         self._grain = grain_integral()
         self._crowns = crown_textures()
+        across = (self._scenery.across_low, ACROSS_TEXEL_M)
+        low, high = bands_of(self._scenery.low, *across), bands_of(self._scenery.high, *across)
+        self._bands = (low, high, np.empty((len(low), 11), np.float32), np.empty((len(high), 11), np.float32))
+        self._stripes = (stripes_of(self._scenery.low, 5, *across), stripes_of(self._scenery.low, 6, *across))
         self._front_maps, self._ground_map = self._scenery.front_lamp_maps, self._scenery.ground_lamp_map
 
     @property
@@ -138,14 +145,11 @@ class Renderer:
             rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], frame, owners, self._buf,
         )  # fmt: skip
         polygons, info, capsules = self._shadows(numbers, idents, builds, snapshot.ego, camera, light)
-        street = (
-            self._street.kerb_y_m, self._street.kerb_height_m, self._street.start_x_m - 100.0, ALONG_TEXEL_M, scenery.across_low,
-            ACROSS_TEXEL_M, GROUND_TEXEL_M,
-        )  # fmt: skip
+        street = (self._street.kerb_height_m, self._street.start_x_m - 100.0, ALONG_TEXEL_M, GROUND_TEXEL_M)
         draw_ground_and_sky(
-            rotation, camera, env, street, (scenery.along, scenery.low, scenery.high, self._grain), (polygons, info, capsules),
+            rotation, camera, env, street, (scenery.along, self._stripes, self._grain), self._bands, (polygons, info, capsules),
             (self._ground_map, scenery.ground_frame, beams, self._table), optics, self._xs, shape,
-            (out, self._alpha, self._weight, depth, ids), (np.zeros(3), self._line), self._buf,
+            (out, self._alpha, self._weight, depth, ids), owners, self._ground_work, self._buf,
         )  # fmt: skip
         horizon = pose.cy - pose.focal_px * rotation[2, 2] / rotation[1, 2]
         if self._weather.wetness > 0:

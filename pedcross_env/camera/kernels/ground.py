@@ -1,7 +1,7 @@
 """Road, kerbs and sidewalks by exact box filters, shadows on them, and the sky.
 
 The street's markings are products of a profile across and a profile along it, so their coverage of a pixel is a product of
-differences of running integrals: no moire at any distance. The grain is filtered by the same means.
+exact means: no moire at any distance. The grain is filtered by running sums.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.bands import add_stripes, fill_bands, grain_columns, grain_row, weigh_bands
+from pedcross_env.camera.kernels.jit import inlined, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_AIR,
     ENV_BEAM,
@@ -31,107 +32,11 @@ __all__ = ["draw_ground_and_sky"]
 
 INV_PI = np.float32(1 / math.pi)
 WHITE = np.float32(0.62)
+KERB = np.float32(0.26)  # albedo of the kerb's upright face
+LUMA_R, LUMA_G, LUMA_B = np.float32(0.2126), np.float32(0.7152), np.float32(0.0722)
+SUN, SKY, LAMP, BEAM, GRAIN, COVER, MARKS, PLANES = 3, 4, 5, 6, 7, 8, 9, 10  # rows of the work space
 FAR_M = 4000.0
 BEAM_RANGE_M = 90.0
-
-
-@kernel
-def _grain_row(integral, x0, x1, texel, line):
-    """Box-filter the tiled grain from x0 to x1 and integrate the result across the street.
-
-    integral: (T + 1, T) running sums along x; line: (T + 1,) running sums across, filled.
-    """
-    size = integral.shape[1]
-    p0, p1 = x0 / texel, x1 / texel
-    span = max(p1 - p0, 1e-3)
-    t0, t1 = math.floor(p0 / size), math.floor(p1 / size)
-    q0, q1 = p0 - t0 * size, p1 - t1 * size
-    i0, i1 = min(int(q0), size - 1), min(int(q1), size - 1)
-    f0, f1 = np.float32(q0 - i0), np.float32(q1 - i1)
-    turns, scale = np.float32(t1 - t0), np.float32(1.0 / span)
-    total = 0.0
-    for j in range(size):
-        low = integral[i0, j] + f0 * (integral[i0 + 1, j] - integral[i0, j])
-        high = integral[i1, j] + f1 * (integral[i1 + 1, j] - integral[i1, j])
-        line[j] = total
-        total += (high - low + turns * integral[size, j]) * scale
-    line[size] = total
-
-
-@kernel
-def _grain_columns(line, y0, dy, texel, first, out):
-    """Box-filter the integrated row of grain over each pixel's extent across the street."""
-    size = line.shape[0] - 1
-    step = dy / texel
-    p = y0 / texel + first * step
-    turn = math.floor(p / size)
-    q = p - turn * size
-    i = min(int(q), size - 1)
-    before = turn * line[size] + line[i] + (q - i) * (line[i + 1] - line[i])
-    for k in range(out.shape[0]):
-        p = y0 / texel + (first + k + 1) * step
-        turn = math.floor(p / size)
-        q = p - turn * size
-        i = min(int(q), size - 1)
-        after = turn * line[size] + line[i] + (q - i) * (line[i + 1] - line[i])
-        out[k] = (after - before) / step
-        before = after
-
-
-@kernel
-def _profile_columns(table, low, texel, y0, dy, first, rgb, cover, marks):
-    """Add the box-filtered profile (cover, r, g, b, lines) for pixels from ``first`` on."""
-    last = table.shape[0] - 2
-    step, start = dy / texel, (y0 - low) / texel
-    p = min(max(start + first * step, 0.0), last + 0.999)
-    i = int(p)
-    f = np.float32(p - i)
-    b0, b1 = (
-        table[i, 0] + f * (table[i + 1, 0] - table[i, 0]),
-        table[i, 1] + f * (table[i + 1, 1] - table[i, 1]),
-    )
-    b2, b3 = (
-        table[i, 2] + f * (table[i + 1, 2] - table[i, 2]),
-        table[i, 3] + f * (table[i + 1, 3] - table[i, 3]),
-    )
-    b4 = table[i, 4] + f * (table[i + 1, 4] - table[i, 4])
-    scale = np.float32(texel / dy)
-    for k in range(cover.shape[0]):
-        p = min(max(start + (first + k + 1) * step, 0.0), last + 0.999)
-        i = int(p)
-        f = np.float32(p - i)
-        a0, a1 = (
-            table[i, 0] + f * (table[i + 1, 0] - table[i, 0]),
-            table[i, 1] + f * (table[i + 1, 1] - table[i, 1]),
-        )
-        a2, a3 = (
-            table[i, 2] + f * (table[i + 1, 2] - table[i, 2]),
-            table[i, 3] + f * (table[i + 1, 3] - table[i, 3]),
-        )
-        a4 = table[i, 4] + f * (table[i + 1, 4] - table[i, 4])
-        cover[k] += (a0 - b0) * scale
-        rgb[0, k] += (a1 - b1) * scale
-        rgb[1, k] += (a2 - b2) * scale
-        rgb[2, k] += (a3 - b3) * scale
-        marks[k] += (a4 - b4) * scale
-        b0, b1, b2, b3, b4 = a0, a1, a2, a3, a4
-
-
-@kernel
-def _marks_columns(table, channel, weight, low, texel, y0, dy, first, marks):
-    """Add one more box-filtered marking (dashes, zebra), which cover ``weight`` of this row."""
-    last = table.shape[0] - 2
-    step, start = dy / texel, (y0 - low) / texel
-    p = min(max(start + first * step, 0.0), last + 0.999)
-    i = int(p)
-    before = table[i, channel] + np.float32(p - i) * (table[i + 1, channel] - table[i, channel])
-    scale = np.float32(weight * texel / dy)
-    for k in range(marks.shape[0]):
-        p = min(max(start + (first + k + 1) * step, 0.0), last + 0.999)
-        i = int(p)
-        after = table[i, channel] + np.float32(p - i) * (table[i + 1, channel] - table[i, channel])
-        marks[k] += (after - before) * scale
-        before = after
 
 
 @kernel
@@ -285,32 +190,57 @@ def _lights_row(lamp_map, lamp_frame, table, env, beams, place, z, yn, focal, cx
         i, last_lamp, last_beam = j, now_lamp, now_beam
 
 
-@kernel
-def _radiance_row(
-    albedo, marks, cover, grain, strength, dark, kerb, sun_e, sky_e, sun, sky, lamp_e, lamp, beam_e, beam, out
-):
-    for i in range(out.shape[0]):
-        texture = F1 + strength * grain[i]
-        rest = max(F0, F1 - cover[i])
-        white = max(F0, min(F1, marks[i])) * (np.float32(0.93) + np.float32(0.8) * strength * grain[i])
-        ground = albedo[i] * texture * dark
-        surface = ground + (WHITE * (HALF + HALF * dark) - ground) * white + rest * kerb * dark
-        light = sun_e * sun[i] + sky_e * sky[i] + lamp_e * lamp[i] + beam_e * beam[i]
-        out[i] = surface * light * INV_PI
+@inlined
+def _white(marks, grain):
+    """Share of a pixel that is white paint, worn where the grain is dark."""
+    return max(F0, min(F1, marks)) * (np.float32(0.93) + np.float32(0.8) * grain)
 
 
 @kernel
-def _under_row(radiance, passed, air, share, free, plane):
+def _shade_day(red, green, blue, marks, cover, grain, sun, sky, free, facts, plane0, plane1, plane2):
+    """Put a row of ground under the frame's planes; ``facts`` see ``_row_facts``."""
+    dark, passed, white_albedo = facts[0], facts[1], facts[2]
+    sun0, sun1, sun2, sky0, sky1, sky2 = facts[3], facts[4], facts[5], facts[6], facts[7], facts[8]
+    haze0, haze1, haze2 = facts[15], facts[16], facts[17]
+    for i in range(free.shape[0]):
+        white = _white(marks[i], grain[i])
+        kerb, bare = max(F0, F1 - cover[i]) * KERB * dark, (F1 + grain[i]) * dark * (F1 - white)
+        paint = white_albedo * white + kerb
+        lit, shaded, share = sun[i] * passed, sky[i] * passed, free[i]
+        plane0[i] += share * ((red[i] * bare + paint) * (sun0 * lit + sky0 * shaded) + haze0)
+        plane1[i] += share * ((green[i] * bare + paint) * (sun1 * lit + sky1 * shaded) + haze1)
+        plane2[i] += share * ((blue[i] * bare + paint) * (sun2 * lit + sky2 * shaded) + haze2)
+
+
+@kernel
+def _shade_lamps(red, green, blue, marks, cover, grain, lamp, beam, free, facts, plane0, plane1, plane2):
+    """Add the light of street lamps and headlights to what ``_shade_day`` left."""
+    dark, passed, white_albedo = facts[0], facts[1], facts[2]
+    lamp0, lamp1, lamp2, beam0, beam1, beam2 = facts[9], facts[10], facts[11], facts[12], facts[13], facts[14]
+    for i in range(free.shape[0]):
+        white = _white(marks[i], grain[i])
+        kerb, bare = max(F0, F1 - cover[i]) * KERB * dark, (F1 + grain[i]) * dark * (F1 - white)
+        paint = white_albedo * white + kerb
+        street, own, share = lamp[i] * passed, beam[i] * passed, free[i]
+        plane0[i] += share * (red[i] * bare + paint) * (lamp0 * street + beam0 * own)
+        plane1[i] += share * (green[i] * bare + paint) * (lamp1 * street + beam1 * own)
+        plane2[i] += share * (blue[i] * bare + paint) * (lamp2 * street + beam2 * own)
+
+
+@kernel
+def _shade_grey(albedo, marks, cover, grain, light, white_radiance, dark, white_albedo, passed, free, plane):
+    """Add the luminance under one light; ``albedo`` is weighted by its colour, ``white_radiance`` that of a white surface."""
+    for i in range(free.shape[0]):
+        white = _white(marks[i], grain[i])
+        kerb, bare = max(F0, F1 - cover[i]) * KERB * dark, (F1 + grain[i]) * dark * (F1 - white)
+        surface = albedo[i] * bare + (white_albedo * white + kerb) * white_radiance
+        plane[i] += free[i] * surface * light[i] * passed
+
+
+@kernel
+def _haze_row(value, free, plane):
     for i in range(plane.shape[0]):
-        plane[i] += free[i] * share * (radiance[i] * passed + air * (F1 - passed))
-
-
-@kernel
-def _luma_row(rgb):
-    for i in range(rgb.shape[1]):
-        rgb[0, i] = (
-            np.float32(0.2126) * rgb[0, i] + np.float32(0.7152) * rgb[1, i] + np.float32(0.0722) * rgb[2, i]
-        )
+        plane[i] += free[i] * value
 
 
 @kernel
@@ -337,40 +267,81 @@ def _own_rest(share, free, inverse, ident, weight, depth_inverse, ids):
 
 
 @kernel
+def _profile(level, z, x0, y0, dx, dy, tables, stripe_weights, weighed, count, a, n, buf):
+    """Fill the albedo planes, cover and marks of the road (level 0) or of what lies above the kerb."""
+    low, high = weighed
+    planes, cover, marks = buf[PLANES : PLANES + 4, :n], buf[COVER, :n], buf[MARKS, :n]
+    fill_bands(low if level == 0 else high, count, y0, dy, a, planes, cover, marks)
+    if level == 0:
+        stripes = tables[1]
+        for k in range(2):
+            if stripe_weights[k] > 0:
+                add_stripes(stripes[k], stripe_weights[k], y0, dy, a, marks)
+
+
+@kernel
+def _row_facts(env, depth, share, facts):
+    """Fill (18,): darkening by wetness, transmission times share, albedo of paint; radiance of a white surface under sun, sky, lamps,
+    beams (r, g, b each); the air's own radiance."""
+    passed = exp_minus(np.float32(env[ENV_BETA] * depth))
+    sine = max(0.0, env[0] * env[ENV_UP] + env[1] * env[ENV_UP + 1] + env[2] * env[ENV_UP + 2])
+    dark = np.float32(1.0 - 0.45 * env[ENV_WET])
+    facts[0], facts[1], facts[2] = dark, passed * share, WHITE * (HALF + HALF * dark)
+    for c in range(3):
+        facts[3 + c] = np.float32(env[ENV_SUN + c] * sine) * INV_PI
+        facts[6 + c] = np.float32(env[ENV_SKY + c]) * INV_PI
+        facts[9 + c] = np.float32(env[ENV_LAMP + c]) * INV_PI
+        facts[12 + c] = np.float32(env[ENV_BEAM_TINT + c]) * INV_PI
+        facts[15 + c] = np.float32(env[ENV_AIR + c]) * (F1 - passed) * share
+
+
+@kernel
+def _shade_row(row, a, b, n, count, free, facts, lights_on, kinds, weights, out, buf):
+    """Light the row's albedo and put it under the frame."""
+    marks, cover, grain, left = buf[MARKS, :n], buf[COVER, :n], buf[GRAIN, :n], free[a:b]
+    if out.shape[0] == 1:
+        for k in range(count):
+            white = F0
+            for c in range(3):
+                white += weights[k, c]
+            _shade_grey(
+                buf[PLANES + k, :n], marks, cover, grain, buf[SUN + kinds[k], :n], white, facts[0], facts[2], facts[1], left,
+                out[0, row, a:b],
+            )  # fmt: skip
+        air = LUMA_R * facts[15] + LUMA_G * facts[16] + LUMA_B * facts[17]
+        if air > F0:
+            _haze_row(air, left, out[0, row, a:b])
+        return
+    red, green, blue = buf[PLANES, :n], buf[PLANES + 1, :n], buf[PLANES + 2, :n]
+    out0, out1, out2 = out[0, row, a:b], out[1, row, a:b], out[2, row, a:b]
+    _shade_day(
+        red, green, blue, marks, cover, grain, buf[SUN, :n], buf[SKY, :n], left, facts, out0, out1, out2
+    )
+    if lights_on:
+        lamp, beam = buf[LAMP, :n], buf[BEAM, :n]
+        _shade_lamps(red, green, blue, marks, cover, grain, lamp, beam, left, facts, out0, out1, out2)
+
+
+@kernel
 def _ground_row(
-    row,
-    y,
-    share,
-    rotation,
-    camera,
-    env,
-    street,
-    tables,
-    shadows,
-    lights,
-    optics,
-    xs,
-    a,
-    b,
-    free,
-    out,
-    work,
-    buf,
-    owner,
-):
-    """Ground between columns a and b of one row; returns its depth on the road."""
+    row, y, share, rotation, camera, env, street, tables, weighed, albedo, shadows, lights, optics, xs, a, b, free, out, owners, work,
+    buf, owner,
+):  # fmt: skip
+    """Ground between columns a and b of one row."""
     focal, cx, cy = optics
-    kerb_y, kerb_h, along_start, along_texel, across_low, across_texel, grain_texel = street
-    along_table, low_table, high_table, grain = tables
+    kerb_h, along_start, along_texel, grain_texel = street
+    along_table, _, grain = tables
+    count, kinds, weights = albedo
     polygons, polygon_info, capsules = shadows
     lamp_map, lamp_frame, beams, table = lights
-    along, line = work
-    weight, depth_inverse, ids = owner
+    along, line, facts = work
     n = b - a
-    x = xs[a:b]
     yn = (y - cy) / focal
-    for k in range(16):
+    for k in range(PLANES, PLANES + count):
         fill_row(F0, buf[k, :n])
+    fill_row(F0, buf[COVER, :n])
+    fill_row(F0, buf[MARKS, :n])
+    lights_on = env[ENV_LAMP] > 0 or env[ENV_BEAM] > 0
     depth = FAR_M
     for level in range(2):
         height = camera[2] - (kerb_h if level == 1 else 0.0)
@@ -387,122 +358,59 @@ def _ground_row(
             far_z = min(FAR_M, height / max(1e-9, rise)) if rise > 1e-9 else FAR_M
             middle_x = x0 + dx * 0.5 * xs.shape[0]
             foot_x = (far_z - near_z) * math.sqrt(ahead)
-            _along(
-                along_table, along_start, along_texel, middle_x - 0.5 * foot_x, middle_x + 0.5 * foot_x, along
-            )
-            _grain_row(grain, middle_x - 0.5 * foot_x, middle_x + 0.5 * foot_x, grain_texel, line)
-            _grain_columns(line, y0, dy, grain_texel, a, buf[6, :n])
-            fill_row(F1, buf[7, :n])
-            fill_row(F1, buf[8, :n])
+            low_x, high_x = middle_x - 0.5 * foot_x, middle_x + 0.5 * foot_x
+            _along(along_table, along_start, along_texel, low_x, high_x, along)
+            mean = grain_row(grain, low_x, high_x, grain_texel, line)
+            grain_columns(line, mean, y0, dy, grain_texel, a, buf[LAMP], buf[GRAIN, :n])
+            fill_row(F1, buf[SUN, :n])
+            fill_row(F1, buf[SKY, :n])
             ends = (x0 + dx * a, x0 + dx * b)
             _shadows(
                 polygons, polygon_info, capsules, np.float32(min(ends) - foot_x), np.float32(max(ends) + foot_x), xs[:n],
                 np.float32(x0 + dx * a), np.float32(dx), np.float32(y0 + dy * a), np.float32(dy), np.float32(foot_x),
-                np.float32(abs(dy)), buf[7, :n], buf[8, :n],
+                np.float32(abs(dy)), buf[SUN, :n], buf[SKY, :n],
             )  # fmt: skip
-            if env[ENV_LAMP] > 0 or env[ENV_BEAM] > 0:
+            if lights_on:
                 place = (x0, dx, y0, dy)
                 _lights_row(
-                    lamp_map,
-                    lamp_frame,
-                    table,
-                    env,
-                    beams,
-                    place,
-                    z,
-                    yn,
-                    focal,
-                    cx,
-                    x,
-                    buf[9, :n],
-                    buf[10, :n],
-                )
-        if abs(dy) < 1e-9:
-            continue
-        # columns where this level's profile is not empty
-        e0, e1 = (kerb_y - y0) / dy, (-kerb_y - y0) / dy
-        lo, hi = min(max(min(e0, e1), -1.0), b + 1.0), min(max(max(e0, e1), -1.0), b + 1.0)
-        if level == 0:
-            c0, c1 = max(a, int(math.floor(lo))), min(b, int(math.ceil(hi)))
-            if c1 > c0:
-                part = slice(c0 - a, c1 - a)
-                _profile_columns(
-                    low_table,
-                    across_low,
-                    across_texel,
-                    y0,
-                    dy,
-                    c0,
-                    buf[3:6, part],
-                    buf[11, part],
-                    buf[12, part],
-                )
-                for k in range(2):
-                    if along[k] > 0:
-                        _marks_columns(
-                            low_table, 5 + k, along[k], across_low, across_texel, y0, dy, c0, buf[12, part]
-                        )
-        else:
-            c1, c0 = min(b, max(a, int(math.ceil(lo)))), max(a, min(b, int(math.floor(hi))))
-            if c1 > a:
-                part = slice(0, c1 - a)
-                _profile_columns(
-                    high_table,
-                    across_low,
-                    across_texel,
-                    y0,
-                    dy,
-                    a,
-                    buf[3:6, part],
-                    buf[11, part],
-                    buf[12, part],
-                )
-            c0 = max(c0, c1)
-            if b > c0:
-                part = slice(c0 - a, n)
-                _profile_columns(
-                    high_table,
-                    across_low,
-                    across_texel,
-                    y0,
-                    dy,
-                    c0,
-                    buf[3:6, part],
-                    buf[11, part],
-                    buf[12, part],
-                )
-    passed = exp_minus(np.float32(env[ENV_BETA] * depth))
-    sine = max(0.0, env[0] * env[ENV_UP] + env[1] * env[ENV_UP + 1] + env[2] * env[ENV_UP + 2])
-    dark = np.float32(1.0 - 0.45 * env[ENV_WET])
-    strength = F1
-    for c in range(3):
-        _radiance_row(
-            buf[3 + c, :n], buf[12, :n], buf[11, :n], buf[6, :n], strength, dark, np.float32(0.26),
-            np.float32(env[ENV_SUN + c] * sine), np.float32(env[ENV_SKY + c]), buf[7, :n], buf[8, :n],
-            np.float32(env[ENV_LAMP + c]), buf[9, :n], np.float32(env[ENV_BEAM_TINT + c]), buf[10, :n], buf[13 + c, :n],
-        )  # fmt: skip
-    if out.shape[0] == 1:
-        _luma_row(buf[13:16, :n])
-        air = 0.2126 * env[ENV_AIR] + 0.7152 * env[ENV_AIR + 1] + 0.0722 * env[ENV_AIR + 2]
-        _under_row(buf[13, :n], passed, np.float32(air), share, free[a:b], out[0, row, a:b])
-    else:
-        for c in range(3):
-            _under_row(
-                buf[13 + c, :n], passed, np.float32(env[ENV_AIR + c]), share, free[a:b], out[c, row, a:b]
-            )
-    _own_rest(
-        share,
-        free[a:b],
-        np.float32(1.0 / depth),
-        -1,
-        weight[row, a:b],
-        depth_inverse[row, a:b],
-        ids[row, a:b],
-    )
+                    lamp_map, lamp_frame, table, env, beams, place, z, yn, focal, cx, xs[a:b], buf[LAMP, :n], buf[BEAM, :n],
+                )  # fmt: skip
+        if abs(dy) > 1e-9:
+            _profile(level, z, x0, y0, dx, dy, tables, along, weighed, count, a, n, buf)
+    _row_facts(env, depth, share, facts)
+    _shade_row(row, a, b, n, count, free, facts, lights_on, kinds, weights, out, buf)
+    if owners:
+        weight, depth_inverse, ids = owner
+        _own_rest(
+            share,
+            free[a:b],
+            np.float32(1.0 / depth),
+            -1,
+            weight[row, a:b],
+            depth_inverse[row, a:b],
+            ids[row, a:b],
+        )
 
 
 @kernel
-def _sky_row(row, y, share, rotation, env, optics, a, b, free, out, owner):
+def _active_lights(env, kinds, weights):
+    """List the lights that shine (0 sun, 1 sky, 2 lamps, 3 beams) with their weight in luminance per channel; return their number."""
+    sine = max(0.0, env[0] * env[ENV_UP] + env[1] * env[ENV_UP + 1] + env[2] * env[ENV_UP + 2])
+    count = 0
+    for kind in range(4):
+        at = (ENV_SUN, ENV_SKY, ENV_LAMP, ENV_BEAM_TINT)[kind]
+        scale = (sine, 1.0, 1.0, 1.0 if env[ENV_BEAM] > 0 else 0.0)[kind]
+        if scale * (env[at] + env[at + 1] + env[at + 2]) <= 0:
+            continue
+        kinds[count] = kind
+        for c in range(3):
+            weights[count, c] = np.float32((LUMA_R, LUMA_G, LUMA_B)[c] * scale * env[at + c]) * INV_PI
+        count += 1
+    return count
+
+
+@kernel
+def _sky_row(row, y, share, rotation, env, optics, a, b, free, out, owners, owner):
     """Sky between columns a and b: a gradient over elevation, veiled near the horizon where there is fog."""
     focal, _, cy = optics
     weight, depth_inverse, ids = owner
@@ -520,7 +428,8 @@ def _sky_row(row, y, share, rotation, env, optics, a, b, free, out, owner):
             _fill_row(np.float32(value * share), free[a:b], out[c, row, a:b])
     if out.shape[0] == 1:
         _fill_row(np.float32(total * share), free[a:b], out[0, row, a:b])
-    _own_rest(share, free[a:b], F0, 0, weight[row, a:b], depth_inverse[row, a:b], ids[row, a:b])
+    if owners:
+        _own_rest(share, free[a:b], F0, 0, weight[row, a:b], depth_inverse[row, a:b], ids[row, a:b])
 
 
 @kernel
@@ -531,19 +440,45 @@ def _fill_row(value, free, plane):
 
 @kernel
 def draw_ground_and_sky(
-    rotation, camera, env, street, tables, shadows, lights, optics, xs, size, frame, work, buf
+    rotation, camera, env, street, tables, bands, shadows, lights, optics, xs, size, frame, owners, work, buf
 ):
     """Fill what objects left over: ground below the horizon, sky above, both in the horizon's row.
 
-    ``frame`` is (out (C, H, W), alpha, weight, depth inverse, ids); see ``_ground_row`` for the other tuples.
+    Args:
+        rotation: (3, 3) world to camera.
+        camera: (3,) its position.
+        env: (ENV_SIZE,) see kernels.lighting.
+        street: (kerb height, start of the profiles along, their texel, the grain's texel), metres.
+        tables: (profiles along (N, 3), stripes across by kind, running sums of the grain).
+        bands: (bands of the road, those above the kerb, work for either), see kernels.bands.
+        shadows: (polygons, their facts, capsules).
+        lights: (lamp map, its frame, others' beams, low-beam candela).
+        optics: (focal, cx, cy).
+        xs: (W,) pixel centres.
+        size: (height, width).
+        frame: (out (C, H, W), alpha, weight, depth inverse, ids).
+        owners: Whether to fill the last three.
+        work: ((3,), (T + 1,) and (18,) floats; (4,) int64 kinds and (4, 3) weights of lights).
+        buf: (24, >= W + 2).
     """
     out, alpha, weight, depth_inverse, ids = frame
+    low, high, weighed_low, weighed_high = bands
+    along, line, facts, kinds, weights = work
     focal, _, cy = optics
-    height = size[0]
     horizon = cy - focal * rotation[2, 2] / rotation[1, 2]  # rows below it look down
     owner = (weight, depth_inverse, ids)
     free = buf[22]
-    for row in range(height):
+    count = 3
+    if out.shape[0] == 1:
+        count = _active_lights(env, kinds, weights)
+    else:
+        for k in range(3):
+            for c in range(3):
+                weights[k, c] = F1 if k == c else F0
+    weigh_bands(low, weights[:count], weighed_low)
+    weigh_bands(high, weights[:count], weighed_high)
+    weighed, albedo = (weighed_low[: low.shape[0]], weighed_high[: high.shape[0]]), (count, kinds, weights)
+    for row in range(size[0]):
         a, b = _free_row(alpha[row], free)
         if b <= a:
             continue
@@ -551,26 +486,9 @@ def draw_ground_and_sky(
         if share > 0:
             y = 0.5 * (max(horizon, row + 0.0) + row + 1.0)
             _ground_row(
-                row,
-                y,
-                share,
-                rotation,
-                camera,
-                env,
-                street,
-                tables,
-                shadows,
-                lights,
-                optics,
-                xs,
-                a,
-                b,
-                free,
-                out,
-                work,
-                buf,
-                owner,
-            )
+                row, y, share, rotation, camera, env, street, tables, weighed, albedo, shadows, lights, optics, xs, a, b, free, out,
+                owners, (along, line, facts), buf, owner,
+            )  # fmt: skip
         if share < 1:
             y = 0.5 * (min(horizon, row + 1.0) + row)
-            _sky_row(row, y, F1 - share, rotation, env, optics, a, b, free, out, owner)
+            _sky_row(row, y, F1 - share, rotation, env, optics, a, b, free, out, owners, owner)

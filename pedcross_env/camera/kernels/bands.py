@@ -1,0 +1,209 @@
+"""Filling a row of ground: bands of the street's profile, its markings, and the grain of its surface."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.rows import F0, F1
+
+__all__ = ["add_stripes", "fill_bands", "grain_columns", "grain_row", "weigh_bands"]
+
+
+@kernel
+def weigh_bands(bands, weights, out):
+    """Turn bands of r, g, b into bands of ``weights @ (r, g, b)``.
+
+    Args:
+        bands: (S, 9) y range, r, g, b at the low end, at the high end, lines; see camera.profiles.
+        weights: (P, 3).
+        out: (>= S, 3 + 2 P), filled: y range, lines, the P values at the low end, those at the high end.
+    """
+    p = weights.shape[0]
+    for j in range(bands.shape[0]):
+        out[j, 0], out[j, 1], out[j, 2] = bands[j, 0], bands[j, 1], bands[j, 8]
+        for k in range(p):
+            w0, w1, w2 = weights[k, 0], weights[k, 1], weights[k, 2]
+            out[j, 3 + k] = w0 * bands[j, 2] + w1 * bands[j, 3] + w2 * bands[j, 4]
+            out[j, 3 + p + k] = w0 * bands[j, 5] + w1 * bands[j, 6] + w2 * bands[j, 7]
+
+
+@kernel
+def _ramp(value, slope, out):
+    for i in range(out.shape[0]):
+        out[i] = value + slope * np.float32(i)
+
+
+@kernel
+def _constant(value, out):
+    for i in range(out.shape[0]):
+        out[i] = value
+
+
+@kernel
+def _rise(value, out):
+    for i in range(out.shape[0]):
+        out[i] += value
+
+
+@kernel
+def _part(band, p, u0, inv_span, low, high, at, planes, cover, marks):
+    """Add the part of a band that lies between columns ``low`` and ``high``, both in pixel ``at``."""
+    share = np.float32(high - low)
+    t = np.float32((0.5 * (low + high) - u0) * inv_span)
+    for k in range(p):
+        planes[k, at] += share * (band[3 + k] + t * (band[3 + p + k] - band[3 + k]))
+    cover[at] += share
+    marks[at] += share * band[2]
+
+
+@kernel
+def fill_bands(bands, p, y0, dy, first, planes, cover, marks):
+    """Fill a row's pixels with their mean over the bands they see: exact, so that nothing is aliased at any distance.
+
+    Args:
+        bands: (S, 3 + 2 P) from ``weigh_bands``.
+        p: P.
+        y0: y of the row's column 0.
+        dy: y per column.
+        first: Column of the arrays' first pixel.
+        planes: (>= P, n) values; 0 where no band has been yet.
+        cover: (n,) share of the pixel that the bands cover, likewise.
+        marks: (n,) share that lines cover, likewise.
+    """
+    n = cover.shape[0]
+    inv = 1.0 / dy
+    for j in range(bands.shape[0]):
+        band = bands[j]
+        u0, u1 = (band[0] - y0) * inv - first, (band[1] - y0) * inv - first
+        low, high = max(0.0, min(u0, u1)), min(n + 0.0, max(u0, u1))
+        if high <= low:
+            continue
+        inv_span = 1.0 / (u1 - u0)
+        i0, i1 = int(low), int(high)
+        if i0 == i1:
+            _part(band, p, u0, inv_span, low, high, i0, planes, cover, marks)
+            continue
+        if low > i0:
+            _part(band, p, u0, inv_span, low, i0 + 1.0, i0, planes, cover, marks)
+            i0 += 1
+        if high > i1:
+            _part(band, p, u0, inv_span, i1 + 0.0, high, i1, planes, cover, marks)
+        if i1 > i0:
+            t = (i0 + 0.5 - u0) * inv_span
+            for k in range(p):
+                rise = band[3 + p + k] - band[3 + k]
+                start = np.float32(band[3 + k] + t * rise)
+                if rise == F0:
+                    _constant(start, planes[k, i0:i1])
+                else:
+                    _ramp(start, np.float32(rise * inv_span), planes[k, i0:i1])
+            _constant(F1, cover[i0:i1])
+            if band[2] > F0:
+                _constant(band[2], marks[i0:i1])
+
+
+@kernel
+def add_stripes(stripes, weight, y0, dy, first, marks):
+    """Add one more marking (dashes, zebra), which covers ``weight`` of this row, between the (S, 2) ranges of y."""
+    n = marks.shape[0]
+    inv = 1.0 / dy
+    value = np.float32(weight)
+    for j in range(stripes.shape[0]):
+        u0, u1 = (stripes[j, 0] - y0) * inv - first, (stripes[j, 1] - y0) * inv - first
+        low, high = max(0.0, min(u0, u1)), min(n + 0.0, max(u0, u1))
+        if high <= low:
+            continue
+        i0, i1 = int(low), int(high)
+        if i0 == i1:
+            marks[i0] += np.float32(high - low) * value
+            continue
+        if low > i0:
+            marks[i0] += np.float32(i0 + 1.0 - low) * value
+            i0 += 1
+        if high > i1:
+            marks[i1] += np.float32(high - i1) * value
+        if i1 > i0:
+            _rise(value, marks[i0:i1])
+
+
+@kernel
+def _grain_between(low0, high0, low1, high1, f0, f1, period, turns, scale, out):
+    for j in range(out.shape[0]):
+        low, high = low0[j] + f0 * (high0[j] - low0[j]), low1[j] + f1 * (high1[j] - low1[j])
+        out[j] = (high - low + turns * period[j]) * scale
+
+
+@kernel
+def grain_row(integral, x0, x1, texel, line):
+    """Box-filter the tiled grain from x0 to x1 and integrate the result across the street.
+
+    Args:
+        integral: (T + 1, T) running sums along x.
+        x0: From, metres.
+        x1: To.
+        texel: Metres.
+        line: (T + 1,) filled with running sums across, less ``mean`` each, so that they are periodic.
+
+    Returns:
+        The row's mean.
+    """
+    size = integral.shape[1]
+    p0, p1 = x0 / texel, x1 / texel
+    span = max(p1 - p0, 1e-3)
+    t0, t1 = math.floor(p0 / size), math.floor(p1 / size)
+    q0, q1 = p0 - t0 * size, p1 - t1 * size
+    i0, i1 = min(int(q0), size - 1), min(int(q1), size - 1)
+    _grain_between(
+        integral[i0], integral[i0 + 1], integral[i1], integral[i1 + 1], np.float32(q0 - i0), np.float32(q1 - i1),
+        integral[size], np.float32(t1 - t0), np.float32(1.0 / span), line[:size],
+    )  # fmt: skip
+    total = F0
+    for j in range(size):
+        total += line[j]
+    mean = total / np.float32(size)
+    total = F0
+    for j in range(size):
+        value = line[j]
+        line[j] = total
+        total += value - mean
+    line[size] = F0
+    return mean
+
+
+@kernel
+def _edges(line, start, step, out):
+    mask = line.shape[0] - 2
+    for k in range(out.shape[0]):
+        p = start + k * step
+        whole = math.floor(p)
+        i = int(whole) & mask
+        out[k] = line[i] + np.float32(p - whole) * (line[i + 1] - line[i])
+
+
+@kernel
+def _slope(low, high, mean, inv, out):
+    for k in range(out.shape[0]):
+        out[k] = (high[k] - low[k]) * inv + mean
+
+
+@kernel
+def grain_columns(line, mean, y0, dy, texel, first, edges, out):
+    """Box-filter ``grain_row``'s result over each pixel's extent across the street.
+
+    Args:
+        line: (T + 1,), T a power of two.
+        mean: The row's.
+        y0: y of column 0.
+        dy: y per column.
+        texel: Metres.
+        first: Column of the first pixel.
+        edges: (>= n + 1,) work space.
+        out: (n,) filled.
+    """
+    n = out.shape[0]
+    step = dy / texel
+    _edges(line, y0 / texel + first * step, step, edges[: n + 1])
+    _slope(edges[:n], edges[1 : n + 1], mean, np.float32(1.0 / step), out)
