@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pedcross_env.camera import CameraPose, camera_pose, project
+from pedcross_env.camera import CameraPose, camera_pose, project, rays
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import Snapshot
 from pedcross_env.scenario import StreetSpec
@@ -73,8 +73,7 @@ def _edge_points(pose: CameraPose, street: StreetSpec, snapshot: Snapshot) -> np
 
 
 def _ray(pose: CameraPose, u: float, v: float) -> np.ndarray:
-    direction = np.array([(u - pose.cx) / pose.focal_px, (v - pose.cy) / pose.focal_px, 1.0])
-    return direction @ np.asarray(pose.rotation)
+    return rays(pose, np.array(u), np.array(v))
 
 
 def _free_sides_m(street: StreetSpec, snapshot: Snapshot) -> tuple[float, float]:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pedcross_env.camera.lens import distort, undistort
 from pedcross_env.config import CameraConfig
 
-__all__ = ["CameraPose", "camera_pose", "project"]
+__all__ = ["CameraPose", "camera_pose", "project", "rays"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +25,8 @@ class CameraPose:
         cy: Principal point, continuous pixels; row j covers [j, j + 1).
         width_px: Columns.
         height_px: Rows.
+        lens: Of CameraConfig; ``project`` and ``rays`` follow it, the pose itself is the pinhole's.
+        distortion: The lens's coefficients.
     """
 
     origin: np.ndarray
@@ -33,31 +36,43 @@ class CameraPose:
     cy: float
     width_px: int
     height_px: int
+    lens: str = "pinhole"
+    distortion: tuple[float, ...] = ()
 
 
 def camera_pose(config: CameraConfig, ego: np.ndarray) -> CameraPose:
     """Place the camera of ``config`` on the ego.
 
     Args:
-        config: Mount and optics.
+        config: Mount, angles and optics; see camera.lens for its distortion.
         ego: One ACTOR_DTYPE record; its pitch turns the mount about the ego's centre on the ground.
 
     Returns:
-        The pose; the camera has no roll.
+        The pose.
     """
-    yaw, body = float(ego["yaw"]), float(ego["pitch"])
-    nose_down = body + math.radians(config.pitch_deg)
-    heading = np.array([math.cos(yaw), math.sin(yaw), 0.0])
-    up = np.array([0.0, 0.0, 1.0])
-    ahead = config.mount_x_m * math.cos(body) + config.mount_z_m * math.sin(body)
-    above = config.mount_z_m * math.cos(body) - config.mount_x_m * math.sin(body)
-    origin = np.array([float(ego["x"]), float(ego["y"]), float(ego["z"])]) + ahead * heading + above * up
-    forward = math.cos(nose_down) * heading - math.sin(nose_down) * up
-    down = -math.sin(nose_down) * heading - math.cos(nose_down) * up
-    right = np.array([math.sin(yaw), -math.cos(yaw), 0.0])
+    heading, body = float(ego["yaw"]), float(ego["pitch"])
+    ahead = np.array(
+        [math.cos(body) * math.cos(heading), math.cos(body) * math.sin(heading), -math.sin(body)]
+    )
+    left = np.array([-math.sin(heading), math.cos(heading), 0.0])
+    above = np.array([math.sin(body) * math.cos(heading), math.sin(body) * math.sin(heading), math.cos(body)])
+    foot = np.array([float(ego["x"]), float(ego["y"]), float(ego["z"])])
+    origin = foot + config.mount_x_m * ahead + config.mount_y_m * left + config.mount_z_m * above
+    yaw, pitch, roll = (math.radians(a) for a in (config.yaw_deg, config.pitch_deg, config.roll_deg))
+    ahead, left = math.cos(yaw) * ahead + math.sin(yaw) * left, math.cos(yaw) * left - math.sin(yaw) * ahead
+    ahead, above = (
+        math.cos(pitch) * ahead - math.sin(pitch) * above,
+        math.cos(pitch) * above + math.sin(pitch) * ahead,
+    )
+    left, above = (
+        math.cos(roll) * left + math.sin(roll) * above,
+        math.cos(roll) * above - math.sin(roll) * left,
+    )
+    across, down = config.principal_point
     return CameraPose(
-        origin, np.stack([right, down, forward]), config.focal_px,
-        config.width_px / 2, config.height_px / 2, config.width_px, config.height_px,
+        origin, np.stack([-left, -above, ahead]), config.focal_px,
+        across * config.width_px, down * config.height_px, config.width_px, config.height_px,
+        config.lens, config.distortion,
     )  # fmt: skip
 
 
@@ -72,10 +87,25 @@ def project(pose: CameraPose, points: np.ndarray) -> np.ndarray:
         (N, 3) float64: column u, row v (continuous pixels) and depth along the optical axis in metres; u and v
         are nan for points that are not in front of the camera.
     """
-    local = (np.asarray(points, dtype=np.float64).reshape(-1, 3) - pose.origin) @ pose.rotation.T
+    offset = np.asarray(points, dtype=np.float64).reshape(-1, 3) - pose.origin
+    local = (offset[:, None, :] * pose.rotation[None]).sum(axis=2)
     depth = local[:, 2]
     safe = np.where(depth > 0, depth, np.nan)
-    return np.stack(
-        [pose.cx + pose.focal_px * local[:, 0] / safe, pose.cy + pose.focal_px * local[:, 1] / safe, depth],
-        axis=1,
-    )
+    x, y = distort(pose.lens, pose.distortion, local[:, 0] / safe, local[:, 1] / safe)
+    return np.stack([pose.cx + pose.focal_px * x, pose.cy + pose.focal_px * y, depth], axis=1)
+
+
+def rays(pose: CameraPose, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Directions in the world of what is seen at places in the picture.
+
+    Args:
+        pose: The camera.
+        u: Columns, continuous pixels, any shape.
+        v: Rows, the same shape.
+
+    Returns:
+        (..., 3) float64, of depth 1: a point at depth z is ``pose.origin + z * ray``.
+    """
+    x, y = undistort(pose.lens, pose.distortion, (u - pose.cx) / pose.focal_px, (v - pose.cy) / pose.focal_px)
+    right, down, ahead = pose.rotation
+    return x[..., None] * right + y[..., None] * down + ahead
