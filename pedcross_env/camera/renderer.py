@@ -17,6 +17,7 @@ from pedcross_env.camera.kernels.shadows import (
     POLYGONS_PER_ACTOR,
     cast_shadows,
 )
+from pedcross_env.camera.lens import lens_of
 from pedcross_env.camera.light import (
     BEAM_TINT,
     LUMA,
@@ -26,7 +27,7 @@ from pedcross_env.camera.light import (
     light_of,
     low_beam_table,
 )
-from pedcross_env.camera.pinhole import CameraPose, camera_pose
+from pedcross_env.camera.pinhole import CameraPose, camera_pose, project
 from pedcross_env.camera.profiles import bands_of, stripes_of
 from pedcross_env.camera.scenery import (
     ACROSS_TEXEL_M,
@@ -48,6 +49,7 @@ from pedcross_env.weather.weather import Weather
 __all__ = ["Renderer"]
 
 LAMP_RANGE_M = 90.0
+CARRIED_M = 1.2  # how far bags, umbrellas and strollers reach beyond a body
 # shoulder half width, hip half width, head scale (shares of the height), stoop in rad; adult, child, elderly
 BUILDS = np.array([[0.118, 0.052, 1.0, 0.0], [0.112, 0.050, 1.22, 0.0], [0.114, 0.054, 1.02, 0.16]])
 
@@ -61,7 +63,9 @@ class Renderer:
 
     def __init__(self, config: CameraConfig) -> None:
         self.config = config
-        h, w = config.height_px, config.width_px
+        self._lens = lens_of(config)
+        self._view = config if self._lens is None else self._lens.view  # the pinhole that is drawn
+        h, w = self._view.height_px, self._view.width_px
         self._xs = np.arange(w, dtype=np.float32) + np.float32(0.5)
         self._buf = np.zeros((24, w + 2048), np.float32)
         self._scratch = {
@@ -122,9 +126,9 @@ class Renderer:
                 "Renderer.render was called before load: call load(street, weather) once per episode."
             )
         scenery, light = self._scenery, flashed(self._light, flash_lx)
-        pose = camera_pose(self.config, snapshot.ego)
+        pose = camera_pose(self._view, snapshot.ego)
         channels = 1 if luminance_only else 3
-        shape = (self.config.height_px, self.config.width_px)
+        shape = (self._view.height_px, self._view.width_px)
         out = np.zeros((channels, *shape), np.float32)
         depth, ids = np.zeros(shape, np.float32), np.zeros(shape, np.int32)
         for plane in (self._alpha, self._nearest, self._weight):
@@ -136,13 +140,13 @@ class Renderer:
         self._table = self._tables[int(snapshot.ego["headlight"] > 1)]
         optics, rotation, camera = (pose.focal_px, pose.cx, pose.cy), pose.rotation, pose.origin
         v = self._vehicles
-        frame = (out, self._alpha, self._nearest, self._weight, depth, ids)
+        planes = (out, self._alpha, self._nearest, self._weight, depth, ids)
         owners = not luminance_only or self._weather.wetness > 0  # a wet road mirrors by depth
         draw_scene(
             numbers, idents, looks, builds, BODY_CAPSULES,
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
             MATERIALS, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
-            rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], frame, owners, self._buf,
+            rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], planes, owners, self._buf,
         )  # fmt: skip
         polygons, info, capsules = self._shadows(numbers, idents, builds, snapshot.ego, camera, light)
         street = (self._street.kerb_height_m, self._street.start_x_m - 100.0, ALONG_TEXEL_M, GROUND_TEXEL_M)
@@ -160,9 +164,10 @@ class Renderer:
             )  # fmt: skip
         luminance = np.empty(shape, np.float32)
         finish_frame(out, depth, luminance)
+        frame = Frame(luminance, out, depth, ids, light.airlight)
         if luminance_only:
-            return Frame(luminance, None, None, None, light.airlight)
-        return Frame(luminance, out, depth, ids, light.airlight)
+            frame = Frame(luminance, None, None, None, light.airlight)
+        return frame if self._lens is None else self._lens.apply(frame)
 
     def visible_fraction(self, frame: Frame, snapshot: Snapshot, actor_id: int) -> float:
         """Return which share of an actor's silhouette is seen: 0 hidden, 1 in full view.
@@ -173,40 +178,55 @@ class Renderer:
             actor_id: Of an actor in ``snapshot``.
 
         Returns:
-            Pixels with its id over the pixels it has when drawn alone; nan if it covers no pixel alone.
+            Pixels with its id over the pixels of the picture it covers when drawn alone, at most 1; nan if those are none.
         """
         if frame.instance is None:
             return math.nan
-        alone = self._draw_alone(snapshot, actor_id)
-        return float(np.count_nonzero(frame.instance == actor_id) / alone) if alone else math.nan
+        mask, column, row = self.silhouette(snapshot, actor_id)
+        height, width = frame.instance.shape
+        alone = np.count_nonzero(mask[max(0, -row) : height - row, max(0, -column) : width - column])
+        return min(1.0, float(np.count_nonzero(frame.instance == actor_id) / alone)) if alone else math.nan
 
-    def _draw_alone(self, snapshot: Snapshot, actor_id: int) -> int:
-        """Pixels of one actor without anything before it."""
+    def silhouette(self, snapshot: Snapshot, actor_id: int) -> tuple[np.ndarray, int, int]:
+        """Draw an actor alone, out to a picture's size beyond the picture's edges (with a lens: to its edges).
+
+        Args:
+            snapshot: Ego and actors.
+            actor_id: Of an actor in ``snapshot``.
+
+        Returns:
+            (h, w) bool, the pixels at least half covered, and the column and row of its corner in the picture.
+        """
         if self._scenery is None or self._light is None:
             raise ConfigError("Renderer was used before load: call load(street, weather) once per episode.")
-        scenery, light = self._scenery, self._light
-        pose = camera_pose(self.config, snapshot.ego)
-        shape = (self.config.height_px, self.config.width_px)
-        for plane in (self._alpha, self._nearest, self._weight):
-            plane[:] = 0
-        out, depth, ids = (
+        scenery = self._scenery
+        pose = camera_pose(self._view, snapshot.ego)
+        actor = snapshot.actors[snapshot.actors["id"] == actor_id]
+        u0, v0, u1, v1 = _reach(pose, actor)
+        if self._lens is not None:
+            u0, v0, u1, v1 = 0, 0, pose.width_px, pose.height_px
+        u1 = min(u1, u0 + self._buf.shape[1] - 64)
+        if len(actor) == 0 or u1 <= u0 or v1 <= v0:
+            return np.zeros((0, 0), bool), 0, 0
+        shape = (v1 - v0, u1 - u0)
+        alpha, nearest, weight, depth, cover, inverse = (np.zeros(shape, np.float32) for _ in range(6))
+        out, light, ids = (
             np.zeros((1, *shape), np.float32),
-            np.zeros(shape, np.float32),
+            np.zeros((1, *shape), np.float32),
             np.zeros(shape, np.int32),
         )
-        numbers, idents, looks, builds = self._actor_arrays(
-            snapshot.actors[snapshot.actors["id"] == actor_id]
-        )
         v = self._vehicles
+        xs = np.arange(shape[1], dtype=np.float32) + np.float32(0.5)
         draw_scene(
-            numbers, idents, looks, builds, BODY_CAPSULES,
+            *self._actor_arrays(actor), BODY_CAPSULES,
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
             MATERIALS, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame, self._crowns),
-            pose.rotation, pose.origin, self._environment(pose, snapshot.ego, light), np.zeros((0, 3)), np.zeros((0, 13)), self._table,
-            (pose.focal_px, pose.cx, pose.cy), self._xs, shape, self._scratch[1],
-            (out, self._alpha, self._nearest, self._weight, depth, ids), True, self._buf,
+            pose.rotation, pose.origin, self._environment(pose, snapshot.ego, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
+            self._table, (pose.focal_px, pose.cx - u0, pose.cy - v0), xs, shape, (light, cover, inverse),
+            (out, alpha, nearest, weight, depth, ids), True, self._buf,
         )  # fmt: skip
-        return int(np.count_nonzero(ids == actor_id))
+        mask = alpha >= 0.5
+        return (mask, u0, v0) if self._lens is None else (mask.reshape(-1)[self._lens.nearest], 0, 0)
 
     def _mirror_work(
         self, channels: int, shape: tuple[int, int]
@@ -305,6 +325,28 @@ def _beam_tables() -> np.ndarray:
     """(ego's low or high, own or others' beam, rows, columns): others always have their low beams on."""
     low, high = low_beam_table(), high_beam_table()
     return np.ascontiguousarray(np.stack([np.stack([low, low]), np.stack([high, low])]))
+
+
+def _reach(pose: CameraPose, actors: np.ndarray) -> tuple[int, int, int, int]:
+    """Columns and rows (from, from, to, to) that an actor and what it carries can cover, up to a picture beyond the edges."""
+    w, h = pose.width_px, pose.height_px
+    bounds = np.zeros((0, 2))
+    for actor in actors:
+        radius = 0.5 * math.hypot(float(actor["length"]), float(actor["width"])) + CARRIED_M
+        corners = [
+            [float(actor["x"]) + dx * radius, float(actor["y"]) + dy * radius, float(actor["z"]) + z]
+            for dx in (-1, 1) for dy in (-1, 1) for z in (-0.1, float(actor["height"]) + 0.6)
+        ]  # fmt: skip
+        seen = project(pose, np.array(corners))
+        if (seen[:, 2] < 0.2).all():
+            return 0, 0, 0, 0
+        bounds = seen[:, :2] if (seen[:, 2] >= 0.2).all() else np.array([[-w, -h], [2 * w, 2 * h]])
+    if len(bounds) == 0:
+        return 0, 0, 0, 0
+    (u0, v0), (u1, v1) = bounds.min(axis=0), bounds.max(axis=0)
+    u0, u1 = (min(max(u, -w), 2 * w) for u in (u0, u1))
+    v0, v1 = (min(max(v, -h), 2 * h) for v in (v0, v1))
+    return math.floor(u0), math.floor(v0), math.ceil(u1), math.ceil(v1)
 
 
 def _beam(pose: CameraPose, vehicle: np.ndarray) -> np.ndarray:
