@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from pedcross_env.camera.assets import BODY_CAPSULES, MATERIALS, PAINTS, clothing, vehicle_table
+from pedcross_env.camera.glare import Glare
 from pedcross_env.camera.kernels import lighting as env_at
 from pedcross_env.camera.kernels.finish import finish_frame, mirror_in_road
 from pedcross_env.camera.kernels.ground import draw_ground_and_sky
@@ -76,6 +77,7 @@ class Renderer:
         self._ground_work = (
             np.zeros(3), np.zeros(513, np.float32), np.zeros(18, np.float32), np.zeros(4, np.int64), np.zeros((4, 3), np.float32),
         )  # fmt: skip
+        self._glare = Glare(w, h)
         self._tables = _beam_tables()
         self._table = self._tables[0]
         self._vehicles = vehicle_table()
@@ -164,6 +166,7 @@ class Renderer:
             )  # fmt: skip
         luminance = np.empty(shape, np.float32)
         finish_frame(out, depth, luminance)
+        self._glare.add(out, luminance, self._alpha, pose, self._light)
         frame = Frame(luminance, out, depth, ids, light.airlight)
         if luminance_only:
             frame = Frame(luminance, None, None, None, light.airlight)

@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 from camera_scenes import NIGHT, STREET, pedestrian, renderer, snapshot, vehicle
 
-from pedcross_env.camera.light import light_of, sky_illuminance_lx, sun_illuminance_lx
+from pedcross_env.camera.kernels.lighting import beam_candela
+from pedcross_env.camera.light import (
+    flashed,
+    high_beam_table,
+    light_of,
+    low_beam_table,
+    sky_illuminance_lx,
+    sun_illuminance_lx,
+)  # fmt: skip
 from pedcross_env.contracts import StaticClass
 from pedcross_env.weather.weather import Weather
 
@@ -166,3 +174,57 @@ def test_the_street_has_looks_of_its_seed():
     first = camera.render(snapshot()).luminance
     camera.load(dataclasses.replace(STREET, seed=6), Weather())
     assert not np.array_equal(first, camera.render(snapshot()).luminance)
+
+
+def candela(table, up_deg, right_deg):
+    """Of one lamp: the tables hold both."""
+    return 0.5 * beam_candela(
+        table,
+        -math.tan(math.radians(right_deg)),
+        math.tan(math.radians(up_deg)) / math.cos(math.radians(right_deg)),
+    )
+
+
+# UN R112, class B, right-hand traffic: (degrees up, degrees right, least, most candela) of one lamp.
+LOW_BEAM_POINTS = {
+    "B50L": (0.57, -3.43, 0, 350), "75R": (-0.57, 1.15, 10_100, 1e9), "75L": (-0.57, -3.43, 0, 10_600),
+    "50L": (-0.86, -3.43, 0, 13_200), "50R": (-0.86, 1.72, 10_100, 1e9), "50V": (-0.86, 0.0, 5_100, 1e9),
+    "25L": (-1.72, -9.0, 1_700, 1e9), "25R": (-1.72, 9.0, 1_700, 1e9), "zone III": (2.0, -6.0, 0, 625),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("point", LOW_BEAM_POINTS)
+def test_low_beams_pass_their_type_approval(point):
+    up, right, least, most = LOW_BEAM_POINTS[point]
+    assert least <= candela(low_beam_table(), up, right) <= most
+
+
+def test_high_beams_pass_their_type_approval():
+    table = high_beam_table()
+    brightest = 0.5 * float(table.max())
+    assert 40_500 <= brightest <= 215_000
+    assert candela(table, 0.0, 0.0) >= 0.8 * brightest
+    for side in (-1, 1):
+        assert candela(table, 0.0, 2.6 * side) >= 20_250
+        assert candela(table, 0.0, 5.2 * side) >= 5_100
+
+
+def test_high_beams_light_what_low_beams_leave_dark():
+    camera = renderer(Weather(sun_altitude_deg=-30.0, headlights=True))
+    far = [pedestrian(5, 70.0, -1.0, seed=4)]
+    low, high = (camera.render(snapshot(*far, headlight=level)) for level in (1.0, 2.0))
+    seen = low.instance == 5
+    assert high.luminance[seen].mean() > 3 * low.luminance[seen].mean()
+
+
+def test_a_flash_adds_its_light_to_sky_and_ground_alike():
+    light = light_of(NIGHT)
+    struck = flashed(light, 1000.0)
+    assert flashed(light, 0.0) is light
+    assert float((struck.sky_lx * LUMA).sum() - (light.sky_lx * LUMA).sum()) == pytest.approx(1000.0)
+    camera = renderer(NIGHT)
+    dark, lit = camera.render(snapshot()), camera.render(snapshot(), flash_lx=1000.0)
+    sky = dark.instance == StaticClass.SKY
+    whole = np.median((lit.luminance - dark.luminance)[sky])  # some pixels hold a twig besides
+    assert whole == pytest.approx(1000.0 / math.pi, rel=0.01)
+    assert (lit.luminance > dark.luminance).mean() > 0.99
