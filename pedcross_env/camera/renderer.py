@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.assets import BODY_CAPSULES, MATERIALS, PAINTS, clothing, vehicle_table
+from pedcross_env.camera.assets import BODY_CAPSULES, clothing
 from pedcross_env.camera.glare import Glare
 from pedcross_env.camera.kernels import lighting as env_at
 from pedcross_env.camera.kernels.finish import finish_frame, mirror_in_road
@@ -28,6 +28,7 @@ from pedcross_env.camera.light import (
     light_of,
     low_beam_table,
 )
+from pedcross_env.camera.models import material_table, model_table
 from pedcross_env.camera.pinhole import CameraPose, camera_pose, project
 from pedcross_env.camera.profiles import bands_of, stripes_of
 from pedcross_env.camera.scenery import (
@@ -41,6 +42,7 @@ from pedcross_env.camera.scenery import (
     sun_shear,
     tree_shadow_capsules,
 )  # fmt: skip
+from pedcross_env.camera.vehicles import PAINTS
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import ActorKind, Frame, Snapshot
 from pedcross_env.errors import ConfigError
@@ -80,7 +82,7 @@ class Renderer:
         self._glare = Glare(w, h)
         self._tables = _beam_tables()
         self._table = self._tables[0]
-        self._vehicles = vehicle_table()
+        self._vehicles, self._materials = model_table(), material_table()
         self._looks: dict[tuple[int, int, int], np.ndarray] = {}
         self._mirror: tuple[dict[int, np.ndarray], tuple[np.ndarray, ...]] | None = None
         self._scenery: Scenery | None = None
@@ -95,6 +97,10 @@ class Renderer:
         if self._light.sun_lx.sum() <= 0:
             self._tree_shadows = self._tree_shadows[:0]
         self._grain = grain_integral()
+        self._vehicles, self._materials = (
+            model_table(),
+            material_table(),
+        )  # some may have been registered since
         self._crowns = crown_textures()
         across = (self._scenery.across_low, ACROSS_TEXEL_M)
         low, high = bands_of(self._scenery.low, *across), bands_of(self._scenery.high, *across)
@@ -147,7 +153,7 @@ class Renderer:
         draw_scene(
             numbers, idents, looks, builds, BODY_CAPSULES,
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
-            MATERIALS, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
+            self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
             rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], planes, owners, self._buf,
         )  # fmt: skip
         polygons, info, capsules = self._shadows(numbers, idents, builds, snapshot.ego, camera, light)
@@ -223,7 +229,7 @@ class Renderer:
         draw_scene(
             *self._actor_arrays(actor), BODY_CAPSULES,
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
-            MATERIALS, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame, self._crowns),
+            self._materials, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame, self._crowns),
             pose.rotation, pose.origin, self._environment(pose, snapshot.ego, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
             self._table, (pose.focal_px, pose.cx - u0, pose.cy - v0), xs, shape, (light, cover, inverse),
             (out, alpha, nearest, weight, depth, ids), True, self._buf,

@@ -11,7 +11,8 @@ from pedcross_env.scenario.street import StreetSpec
 
 __all__ = ["PEDESTRIAN_MODELS", "VEHICLE_MODELS", "Leg", "PedestrianSpec", "Scenario", "VehicleSpec"]
 
-VEHICLE_MODELS = ("hatchback", "sedan", "suv", "van", "bus")
+VEHICLE_MODELS: list[str] = ["hatchback", "sedan", "suv", "van", "bus", "truck", "motorcycle", "bicycle"]
+"""Names by index; ``pedcross_env.camera.models.register_vehicle`` appends to them."""
 PEDESTRIAN_MODELS = ("adult", "child", "elderly")
 
 

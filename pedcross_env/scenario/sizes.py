@@ -33,6 +33,9 @@ VEHICLE_SIZES: dict[str, Size] = {
     "suv": Size(4.6, 1.88, 1.68),
     "van": Size(5.6, 2.0, 2.4),
     "bus": Size(12.0, 2.55, 3.1),
+    "truck": Size(7.5, 2.45, 3.3),
+    "motorcycle": Size(2.1, 0.75, 1.15),
+    "bicycle": Size(1.75, 0.6, 1.05),
 }
 
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import inlined, kernel
 from pedcross_env.camera.kernels.rows import F0, F1, merge_row
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "NEAR_M",
     "cover_row",
     "draw_polyhedron",
+    "fineness",
     "grow",
     "polyhedron_work",
     "project_clipped",
@@ -27,7 +28,8 @@ __all__ = [
 
 NEAR_M = 0.1
 MAX_CORNERS = 24  # of a clipped face
-MAX_FACES = 48
+MAX_FACES = 64
+FINE_PX_PER_M = 18.0  # fine details are gone at this resolution, whole at twice of it
 
 
 @kernel
@@ -211,9 +213,9 @@ def _saturate(weight):
 
 
 @kernel
-def _paint(coverage, weight, value, plane):
+def _paint(coverage, weight, strength, value, plane):
     for i in range(plane.shape[0]):
-        share = min(F1, coverage[i] / max(weight[i], np.float32(1e-6)))
+        share = strength * min(F1, coverage[i] / max(weight[i], np.float32(1e-6)))
         plane[i] += share * (value - plane[i])
 
 
@@ -221,9 +223,15 @@ def _paint(coverage, weight, value, plane):
 def polyhedron_work(channels):
     """Allocate what ``draw_polyhedron`` works in."""
     return (
-        np.empty((MAX_FACES, MAX_CORNERS, 2)), np.empty((MAX_FACES, 4), np.int64), np.empty((MAX_FACES, 3)),
+        np.empty((MAX_FACES, MAX_CORNERS, 2)), np.empty((MAX_FACES, 4), np.int64), np.empty((MAX_FACES, 4)),
         np.empty((MAX_FACES, channels), np.float32), np.empty((MAX_CORNERS, 3)),
     )  # fmt: skip
+
+
+@inlined
+def fineness(detail, focal, z):
+    """Share at which a face is drawn: details of a centimetre or two fade out where a pixel is much wider."""
+    return 1.0 if detail < 2 else min(1.0, max(0.0, focal / (FINE_PX_PER_M * max(z, NEAR_M)) - 1.0))
 
 
 @kernel
@@ -252,10 +260,14 @@ def _collect(
         facing = nx * local[0, 0] + ny * local[0, 1] + nz * local[0, 2]
         if facing >= -1e-12 or n == MAX_FACES:
             continue
+        share = fineness(details[face], focal, local[0, 2])
+        if share <= 0.0:
+            continue
         corners = project_clipped(local, count, focal, cx, cy, shapes[n])
         if corners < 3:
             continue
-        facts[n, 0], facts[n, 1] = corners, details[face]
+        slopes[n, 3] = share
+        facts[n, 0], facts[n, 1] = corners, min(1, details[face])
         facts[n, 2], facts[n, 3] = row_range(shapes[n], corners, height)
         slopes[n, 0] = nx / focal / facing
         slopes[n, 1] = ny / focal / facing
@@ -294,7 +306,7 @@ def draw_polyhedron(
         last: Beyond its last face.
         face_start: (F + 1,) where a face's corners start in ``face_corners``.
         face_corners: Corner indices, counter-clockwise seen from outside.
-        details: (F,) 1 where a face is painted on the others instead of bounding the body.
+        details: (F,) 1 where a face is painted on the others instead of bounding the body, 2 where it fades out with the distance.
         colours: (F, C) float32 radiance of each face from ``colour_base`` on.
         colour_base: First face that ``colours`` has.
         optics: (focal, cx, cy).
@@ -342,7 +354,7 @@ def draw_polyhedron(
                         _add_colour(cover, shades[k, c], buf[3 + c, part])
                 else:
                     for c in range(channels):
-                        _paint(cover, buf[1, part], shades[k, c], buf[3 + c, part])
+                        _paint(cover, buf[1, part], np.float32(slopes[k, 3]), shades[k, c], buf[3 + c, part])
             if painted == 0:
                 for k in range(2, 3 + channels):
                     _divide(buf[k, :m], buf[1, :m])

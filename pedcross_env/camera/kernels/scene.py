@@ -24,7 +24,7 @@ from pedcross_env.camera.kernels.lighting import (
     head_irradiance,
     light_field,
 )  # fmt: skip
-from pedcross_env.camera.kernels.polygons import draw_polyhedron, polyhedron_work
+from pedcross_env.camera.kernels.polygons import draw_polyhedron, fineness, polyhedron_work
 from pedcross_env.camera.kernels.pose import BODY_JOINTS, pose_body
 from pedcross_env.camera.kernels.rows import composite_row
 
@@ -225,7 +225,7 @@ def _draw_vehicle(
         for k in range(3):
             normal[k] /= norm
             facing += normal[k] * centre[k]
-        if facing >= 0:
+        if facing >= 0 or fineness(detail[face], optics[0], centre[2]) <= 0.0:
             continue
         light_field(centre, env, lamps, beams, table, field)
         head = head_irradiance(centre, env, table, env[ENV_BETA])
@@ -353,7 +353,7 @@ def draw_scene(
         looks: (N, 8, 4) clothing; a vehicle's paint in [:, 0, :3].
         builds: (N, 4) body builds.
         body: (K, 5) capsules of a body.
-        vehicles: The arrays of assets.VehicleTable.
+        vehicles: The arrays of camera.models.ModelTable.
         materials: (M, 5).
         capsules: (S, 12) static capsules, see scenery.
         groups: (G, 16) static groups, see scenery.trees.
