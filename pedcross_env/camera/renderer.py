@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from pedcross_env.camera.assets import BODY_CAPSULES, clothing
+from pedcross_env.camera.free import draw_ground_freely, mirror_tilted
 from pedcross_env.camera.glare import Glare
 from pedcross_env.camera.kernels import lighting as env_at
 from pedcross_env.camera.kernels.finish import finish_frame, mirror_in_road
@@ -18,6 +19,7 @@ from pedcross_env.camera.kernels.shadows import (
     POLYGONS_PER_ACTOR,
     cast_shadows,
 )
+from pedcross_env.camera.layout import GroundTables, ground_tables, scenery_for
 from pedcross_env.camera.lens import lens_of
 from pedcross_env.camera.light import (
     BEAM_TINT,
@@ -38,7 +40,6 @@ from pedcross_env.camera.scenery import (
     Scenery,
     crown_textures,
     grain_integral,
-    scenery_of,
     sun_shear,
     tree_shadow_capsules,
 )  # fmt: skip
@@ -53,6 +54,7 @@ __all__ = ["Renderer"]
 
 LAMP_RANGE_M = 90.0
 CARRIED_M = 1.2  # how far bags, umbrellas and strollers reach beyond a body
+MOST_YAW_DEG = 6.0  # of the mount, for the ground kernel that works by rows
 # shoulder half width, hip half width, head scale (shares of the height), stoop in rad; adult, child, elderly
 BUILDS = np.array([[0.118, 0.052, 1.0, 0.0], [0.112, 0.050, 1.22, 0.0], [0.114, 0.054, 1.02, 0.16]])
 
@@ -86,11 +88,21 @@ class Renderer:
         self._looks: dict[tuple[int, int, int], np.ndarray] = {}
         self._mirror: tuple[dict[int, np.ndarray], tuple[np.ndarray, ...]] | None = None
         self._scenery: Scenery | None = None
+        self._free: GroundTables | None = None
         self._light: Light | None = None
 
-    def load(self, street: StreetSpec, weather: Weather) -> None:
-        """Prepare a street and a weather; call once per episode."""
-        self._scenery = scenery_of(street)
+    def load(self, street: StreetSpec, weather: Weather, *, free_heading: bool = False) -> None:
+        """Prepare a street and a weather; call once per episode.
+
+        Args:
+            street: Any layout.
+            weather: Constant over the episode.
+            free_heading: Whether the ego may turn by more than a lane change does. Straight streets seen along them are drawn
+                by a quicker kernel, which is chosen here and never changed while driving: a change would be seen.
+        """
+        self._scenery = scenery_for(street)
+        turned = abs(self.config.yaw_deg) > MOST_YAW_DEG or self.config.roll_deg != 0
+        self._free = ground_tables(street) if free_heading or turned or not street.straight else None
         self._light = light_of(weather)
         self._weather, self._street = weather, street
         self._tree_shadows = tree_shadow_capsules(self._scenery.tree_shadows, self._light.sun_direction)
@@ -157,19 +169,18 @@ class Renderer:
             rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], planes, owners, self._buf,
         )  # fmt: skip
         polygons, info, capsules = self._shadows(numbers, idents, builds, snapshot.ego, camera, light)
-        street = (self._street.kerb_height_m, self._street.start_x_m - 100.0, ALONG_TEXEL_M, GROUND_TEXEL_M)
-        draw_ground_and_sky(
-            rotation, camera, env, street, (scenery.along, self._stripes, self._grain), self._bands, (polygons, info, capsules),
-            (self._ground_map, scenery.ground_frame, beams, self._table), optics, self._xs, shape,
-            (out, self._alpha, self._weight, depth, ids), owners, self._ground_work, self._buf,
-        )  # fmt: skip
-        horizon = pose.cy - pose.focal_px * rotation[2, 2] / rotation[1, 2]
-        if self._weather.wetness > 0:
-            mirror, work = self._mirror_work(channels, shape)
-            mirror_in_road(
-                out, depth, ids, horizon, pose.focal_px, camera[2], self._weather.wetness, self._weather.extinction_per_m,
-                self._weight, mirror, *work,
+        shadows, rest = (polygons, info, capsules), (out, self._alpha, self._weight, depth, ids)
+        lights = (self._ground_map, scenery.ground_frame, beams, self._table)
+        if self._free is not None:
+            draw_ground_freely(pose, env, self._free, shadows, lights, self._xs, rest, self._buf)
+        else:
+            along_start = self._street.start_x_m - 100.0
+            street = (self._street.kerb_height_m, along_start, ALONG_TEXEL_M, GROUND_TEXEL_M)
+            draw_ground_and_sky(
+                rotation, camera, env, street, (scenery.along, self._stripes, self._grain), self._bands, shadows, lights, optics,
+                self._xs, shape, rest, owners, self._ground_work, self._buf,
             )  # fmt: skip
+        self._mirror_in_road(pose, out, depth, ids)
         luminance = np.empty(shape, np.float32)
         finish_frame(out, depth, luminance)
         self._glare.add(out, luminance, self._alpha, pose, self._light)
@@ -236,6 +247,23 @@ class Renderer:
         )  # fmt: skip
         mask = alpha >= 0.5
         return (mask, u0, v0) if self._lens is None else (mask.reshape(-1)[self._lens.nearest], 0, 0)
+
+    def _mirror_in_road(
+        self, pose: CameraPose, out: np.ndarray, inverse: np.ndarray, ids: np.ndarray
+    ) -> None:
+        """Add what a wet road mirrors."""
+        wetness, beta = self._weather.wetness, self._weather.extinction_per_m
+        if wetness <= 0:
+            return
+        mirror, work = self._mirror_work(len(out), inverse.shape)
+        if pose.rotation[0, 2] != 0:
+            mirror_tilted(pose, out, inverse, ids, wetness, beta, self._weight, (mirror, *work))
+            return
+        horizon = pose.cy - pose.focal_px * pose.rotation[2, 2] / pose.rotation[1, 2]
+        height = pose.origin[2]
+        mirror_in_road(
+            out, inverse, ids, horizon, pose.focal_px, height, wetness, beta, self._weight, mirror, *work
+        )
 
     def _mirror_work(
         self, channels: int, shape: tuple[int, int]

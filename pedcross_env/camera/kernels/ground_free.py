@@ -1,0 +1,400 @@
+"""Ground and sky for any rotation of the camera and any layout of the street.
+
+Where kernels.ground takes a whole image row to lie at one place along a straight street, here every pixel is placed on the
+ground by its own ray, with its footprint along the street's own axes: the running integrals are then read at both ends of it.
+A footprint's two edges add as squares, which has the variance of their sheared product.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pedcross_env.camera.kernels.ground import FAR_M, INV_PI, KERB, WHITE, _beam_at, _free_row, _lamp_at
+from pedcross_env.camera.kernels.jit import inlined, kernel
+from pedcross_env.camera.kernels.lighting import (
+    ENV_AIR,
+    ENV_BEAM,
+    ENV_BEAM_POSITION,
+    ENV_BEAM_TINT,
+    ENV_BETA,
+    ENV_LAMP,
+    ENV_SKY,
+    ENV_SUN,
+    ENV_UP,
+    ENV_WET,
+    sky_radiance,
+)  # fmt: skip
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus, fill_row
+from pedcross_env.camera.kernels.street_profile import ground_at
+
+__all__ = ["draw_ground_and_sky_freely", "shadow_bounds"]
+
+# rows of the work space
+SHARE, DEPTH, X, Y, XU, XV, YU, YV, SUN, SKY, LAMP, BEAM = range(12)
+RED, COVER, MARKS, GRAIN, RADIANCE, PASSED, REST, FREE = 12, 15, 16, 17, 18, 19, 20, 22
+
+
+@kernel
+def _place_row(rotation, camera, yn, optics, xs, buf):
+    """Place a row's pixels on the road's plane: share below the horizon, depth, x, y and their change per column and row."""
+    focal, cx, _ = optics
+    ux, uy, uz = rotation[0, 2], rotation[1, 2], rotation[2, 2]
+    pixel = (abs(ux) + abs(uy)) / focal
+    share, depth = buf[SHARE], buf[DEPTH]
+    x, y, xu, xv, yu, yv = buf[X], buf[Y], buf[XU], buf[XV], buf[YU], buf[YV]
+    for i in range(xs.shape[0]):
+        xn = (xs[i] - cx) / focal
+        down = -(ux * xn + uy * yn + uz)
+        share[i] = np.float32(max(0.0, min(1.0, down / pixel + 0.5)))
+        # on the horizon: the middle of what is below it
+        down = max(1e-7, down if down > 0.5 * pixel else 0.5 * (down + 0.5 * pixel))
+        z = min(FAR_M, camera[2] / down)
+        ray_x = rotation[0, 0] * xn + rotation[1, 0] * yn + rotation[2, 0]
+        ray_y = rotation[0, 1] * xn + rotation[1, 1] * yn + rotation[2, 1]
+        per = z / focal
+        du, dv = per * ux / down, per * uy / down
+        depth[i] = np.float32(z)
+        x[i], y[i] = np.float32(camera[0] + z * ray_x), np.float32(camera[1] + z * ray_y)
+        xu[i], yu[i] = (
+            np.float32(per * rotation[0, 0] + du * ray_x),
+            np.float32(per * rotation[0, 1] + du * ray_y),
+        )
+        xv[i], yv[i] = (
+            np.float32(per * rotation[1, 0] + dv * ray_x),
+            np.float32(per * rotation[1, 1] + dv * ray_y),
+        )
+
+
+@kernel
+def shadow_bounds(polygon_info, capsules, rotation, camera, optics, size, out):
+    """Fill (polygons + capsules, 4) int64: first and beyond-last row and column that each shadow can reach."""
+    focal, cx, cy = optics
+    count = polygon_info.shape[0]
+    for k in range(out.shape[0]):
+        if k < count:
+            x0, x1, y0, y1 = polygon_info[k, 0], polygon_info[k, 1], polygon_info[k, 2], polygon_info[k, 3]
+        else:
+            s = capsules[k - count]
+            reach = s[5] + s[6]
+            x0, x1 = min(s[0], s[0] + s[2]) - reach, max(s[0], s[0] + s[2]) + reach
+            y0, y1 = min(s[1], s[1] + s[3]) - reach, max(s[1], s[1] + s[3]) + reach
+        u0, u1, v0, v1 = 1e9, -1e9, 1e9, -1e9
+        for corner in range(4):
+            here, there = corner, (corner + 1) % 4
+            ax, ay = (x1 if here in (1, 2) else x0) - camera[0], (y1 if here >= 2 else y0) - camera[1]
+            bx, by = (x1 if there in (1, 2) else x0) - camera[0], (y1 if there >= 2 else y0) - camera[1]
+            az = rotation[2, 0] * ax + rotation[2, 1] * ay - rotation[2, 2] * camera[2]
+            bz = rotation[2, 0] * bx + rotation[2, 1] * by - rotation[2, 2] * camera[2]
+            near = 0.1
+            for end in range(2):  # this corner, and where the edge passes the near plane
+                px, py = ax, ay
+                if end == 0:
+                    if az < near:
+                        continue
+                elif (az < near) == (bz < near):
+                    continue
+                else:
+                    t = (near - az) / (bz - az)
+                    px, py = ax + t * (bx - ax), ay + t * (by - ay)
+                z = max(near, rotation[2, 0] * px + rotation[2, 1] * py - rotation[2, 2] * camera[2])
+                u = cx + focal * (rotation[0, 0] * px + rotation[0, 1] * py - rotation[0, 2] * camera[2]) / z
+                v = cy + focal * (rotation[1, 0] * px + rotation[1, 1] * py - rotation[1, 2] * camera[2]) / z
+                u0, u1, v0, v1 = min(u0, u), max(u1, u), min(v0, v), max(v1, v)
+        # a pixel's footprint blurs by a pixel
+        out[k, 0], out[k, 1] = max(0, int(max(v0, -9.0)) - 2), min(size[0], int(min(v1, size[0] + 9.0)) + 3)
+        out[k, 2], out[k, 3] = max(0, int(max(u0, -9.0)) - 2), min(size[1], int(min(u1, size[1] + 9.0)) + 3)
+
+
+@inlined
+def _smooth(cover):
+    return cover * cover * (np.float32(3.0) - np.float32(2.0) * cover)
+
+
+@kernel
+def _polygon_shadow(shape, count, soft, strength, x, y, xu, xv, yu, yv, cover, out):
+    """Darken ``out`` (share of light) under a convex polygon on the ground with soft edges."""
+    fill_row(F1, cover)
+    for k in range(count):
+        a, b, c = shape[k, 0], shape[k, 1], shape[k, 2]
+        for i in range(out.shape[0]):
+            width = soft + abs(a * xu[i] + b * yu[i]) + abs(a * xv[i] + b * yv[i])
+            cover[i] = min(cover[i], max(F0, min(F1, (a * x[i] + b * y[i] + c) / width + HALF)))
+    for i in range(out.shape[0]):
+        out[i] = min(out[i], F1 - strength * _smooth(cover[i]))
+
+
+@kernel
+def _capsule_shadow(shape, x, y, xu, xv, yu, yv, out):
+    """Darken ``out`` under a capsule (ax, ay, bx-ax, by-ay, 1/len2, radius, soft, strength) on the ground."""
+    ax, ay, ex, ey, inv, radius, soft, strength = (
+        shape[0], shape[1], shape[2], shape[3], shape[4], shape[5], shape[6], shape[7],
+    )  # fmt: skip
+    for i in range(out.shape[0]):
+        foot = HALF * (abs(xu[i]) + abs(xv[i]) + abs(yu[i]) + abs(yv[i]))
+        # where a pixel is wider than the shape, its share of the pixel is what counts
+        share = min(F1, np.float32(2.0) * radius / max(np.float32(1e-3), foot))
+        dx, dy = x[i] - ax, y[i] - ay
+        t = max(F0, min(F1, (dx * ex + dy * ey) * inv))
+        px, py = dx - t * ex, dy - t * ey
+        cover = max(F0, min(F1, (radius - np.sqrt(px * px + py * py)) / (soft + foot) + HALF))
+        out[i] = min(out[i], F1 - share * strength * _smooth(cover))
+
+
+@kernel
+def _shadow_row(row, shadows, bounds, buf):
+    """Apply all shadows that reach this row to the shares of sunlight and skylight."""
+    polygons, info, capsules = shadows
+    count = polygons.shape[0]
+    for k in range(bounds.shape[0]):
+        if row < bounds[k, 0] or row >= bounds[k, 1]:
+            continue
+        a, b = bounds[k, 2], bounds[k, 3]
+        if b <= a:
+            continue
+        x, y, xu, xv, yu, yv = (
+            buf[X, a:b],
+            buf[Y, a:b],
+            buf[XU, a:b],
+            buf[XV, a:b],
+            buf[YU, a:b],
+            buf[YV, a:b],
+        )
+        if k < count:
+            out = buf[SUN, a:b] if info[k, 7] == 0 else buf[SKY, a:b]
+            _polygon_shadow(
+                polygons[k],
+                int(info[k, 4]),
+                info[k, 5],
+                info[k, 6],
+                x,
+                y,
+                xu,
+                xv,
+                yu,
+                yv,
+                buf[REST, a:b],
+                out,
+            )
+        else:
+            s = capsules[k - count]
+            out = buf[SUN, a:b] if s[8] == 0 else buf[SKY, a:b]
+            _capsule_shadow(s, x, y, xu, xv, yu, yv, out)
+
+
+@kernel
+def _light_row(lights, env, yn, optics, xs, a, b, buf):
+    """Illuminance of a row of ground from street lamps and headlights: smooth, so that every fourth pixel is computed."""
+    lamp_map, lamp_frame, beams, table = lights
+    focal, cx, _ = optics
+    up = env[ENV_UP : ENV_UP + 3]
+    own = env[ENV_BEAM_POSITION : ENV_BEAM_POSITION + 12]
+    lamps_on, beams_on = env[ENV_LAMP] > 0, env[ENV_BEAM] > 0
+    lamp, beam = buf[LAMP], buf[BEAM]
+    i, last_lamp, last_beam = a - 1, F0, F0
+    while i < b - 1:
+        j = min(i + 4, b - 1) if i >= a else a
+        now_lamp, light = F0, 0.0
+        if lamps_on:
+            now_lamp = np.float32(_lamp_at(lamp_map, lamp_frame, buf[X, j], buf[Y, j]))
+        if beams_on and buf[SHARE, j] > F0:
+            z = buf[DEPTH, j] + 0.0
+            xc = (xs[j] - cx) / focal * z
+            light = math.exp(-env[ENV_BETA] * z) * _beam_at(table[0], own, up, xc, yn * z, z)
+            for k in range(beams.shape[0]):
+                light += beams[k, 12] * _beam_at(table[1], beams[k], up, xc, yn * z, z)
+        now_beam = np.float32(light)
+        for k in range(i + 1, j + 1):
+            t = np.float32((k - i) / (j - i)) if i >= a else F1
+            lamp[k] = last_lamp + (now_lamp - last_lamp) * t
+            beam[k] = last_beam + (now_beam - last_beam) * t
+        i, last_lamp, last_beam = j, now_lamp, now_beam
+
+
+@kernel
+def _radiance(albedo, marks, cover, grain, dark, sun_e, sky_e, sun, sky, lamp_e, lamp, beam_e, beam, out):
+    for i in range(out.shape[0]):
+        rest = max(F0, F1 - cover[i])
+        white = max(F0, min(F1, marks[i])) * (np.float32(0.93) + np.float32(0.8) * grain[i])
+        ground = albedo[i] * (F1 + grain[i]) * dark
+        surface = ground + (WHITE * (HALF + HALF * dark) - ground) * white + rest * KERB * dark
+        light = sun_e * sun[i] + sky_e * sky[i] + lamp_e * lamp[i] + beam_e * beam[i]
+        out[i] = surface * light * INV_PI
+
+
+@kernel
+def _passed(depth, beta, out):
+    for i in range(out.shape[0]):
+        out[i] = exp_minus(beta * depth[i])
+
+
+@kernel
+def _under(radiance, passed, air, share, free, gain, plane):
+    for i in range(plane.shape[0]):
+        plane[i] += gain * free[i] * share[i] * (radiance[i] * passed[i] + air * (F1 - passed[i]))
+
+
+@kernel
+def _over_horizon(value, share, free, gain, plane):
+    for i in range(plane.shape[0]):
+        plane[i] += gain * free[i] * (F1 - share[i]) * value[i]
+
+
+@kernel
+def _own_ground(share, free, depth, weight, depth_inverse, ids):
+    for i in range(ids.shape[0]):
+        takes = free[i] * share[i] > weight[i]
+        weight[i] = free[i] * share[i] if takes else weight[i]
+        depth_inverse[i] = F1 / depth[i] if takes else depth_inverse[i]
+        ids[i] = -1 if takes else ids[i]
+
+
+@kernel
+def _own_sky(share, free, weight, depth_inverse, ids):
+    for i in range(ids.shape[0]):
+        takes = free[i] * (F1 - share[i]) > weight[i]
+        weight[i] = free[i] * (F1 - share[i]) if takes else weight[i]
+        depth_inverse[i] = F0 if takes else depth_inverse[i]
+        ids[i] = 0 if takes else ids[i]
+
+
+@kernel
+def _sine_row(rotation, yn, optics, xs, a, sine):
+    """Sine of the rays' elevation, not below the horizon."""
+    focal, cx, _ = optics
+    ux, rest = rotation[0, 2], rotation[1, 2] * yn + rotation[2, 2]
+    for i in range(sine.shape[0]):
+        xn = (xs[a + i] - cx) / focal
+        sine[i] = np.float32(max(0.0, (ux * xn + rest) / math.sqrt(1.0 + xn * xn + yn * yn)))
+
+
+@kernel
+def _sky_colour(sine, env, c, out):
+    beta = np.float32(env[ENV_BETA] * 150.0)
+    air = np.float32(env[ENV_AIR + c])
+    for i in range(out.shape[0]):
+        value = np.float32(sky_radiance(sine[i], env, c))
+        out[i] = air + (value - air) * exp_minus(beta / max(sine[i], np.float32(0.02)))
+
+
+@kernel
+def _sky_row(row, yn, rotation, env, optics, xs, a, b, free, frame, buf):
+    """Sky between columns a and b: a gradient over elevation, veiled near the horizon where there is fog."""
+    out, weight, depth_inverse, ids = frame
+    share, sine, colour = buf[SHARE, a:b], buf[PASSED, : b - a], buf[RADIANCE, : b - a]
+    _sine_row(rotation, yn, optics, xs, a, sine)
+    for c in range(3):
+        _sky_colour(sine, env, c, colour)
+        target, gain = (c, F1) if out.shape[0] == 3 else (0, np.float32((0.2126, 0.7152, 0.0722)[c]))
+        _over_horizon(colour, share, free[a:b], gain, out[target, row, a:b])
+    _own_sky(share, free[a:b], weight[row, a:b], depth_inverse[row, a:b], ids[row, a:b])
+
+
+@kernel
+def _ground_row(
+    row, yn, camera, env, layout, tables, shadows, bounds, lights, optics, xs, a, b, free, frame, work, buf
+):
+    """Ground between columns a and b of a row that ``_place_row`` has placed."""
+    out, weight, depth_inverse, ids = frame
+    for k in (SUN, SKY):
+        fill_row(F1, buf[k])
+    for k in (LAMP, BEAM):
+        fill_row(F0, buf[k])
+    _shadow_row(row, shadows, bounds, buf)
+    if env[ENV_LAMP] > 0 or env[ENV_BEAM] > 0:
+        _light_row(lights, env, yn, optics, xs, a, b, buf)
+    lower = max(0.02, 1.0 - layout[1] / camera[2])  # the kerb's plane seen from the same place
+    for i in range(a, b):
+        if free[i] > np.float32(1e-4) and buf[SHARE, i] > F0:
+            ground_at(
+                buf[X, i],
+                buf[Y, i],
+                buf[XU, i],
+                buf[XV, i],
+                buf[YU, i],
+                buf[YV, i],
+                camera,
+                lower,
+                layout,
+                tables,
+                work,
+            )
+            for c in range(3):
+                buf[RED + c, i] = work[1 + c]
+            buf[COVER, i], buf[MARKS, i], buf[GRAIN, i] = work[0], work[4], work[5]
+        else:
+            for k in range(RED, GRAIN + 1):
+                buf[k, i] = F0
+    sine = max(0.0, env[0] * env[ENV_UP] + env[1] * env[ENV_UP + 1] + env[2] * env[ENV_UP + 2])
+    dark = np.float32(1.0 - 0.45 * env[ENV_WET])
+    share, passed, radiance = buf[SHARE, a:b], buf[PASSED, a:b], buf[RADIANCE, a:b]
+    _passed(buf[DEPTH, a:b], np.float32(env[ENV_BETA]), passed)
+    for c in range(3):
+        _radiance(
+            buf[RED + c, a:b], buf[MARKS, a:b], buf[COVER, a:b], buf[GRAIN, a:b], dark, np.float32(env[ENV_SUN + c] * sine),
+            np.float32(env[ENV_SKY + c]), buf[SUN, a:b], buf[SKY, a:b], np.float32(env[ENV_LAMP + c]), buf[LAMP, a:b],
+            np.float32(env[ENV_BEAM_TINT + c]), buf[BEAM, a:b], radiance,
+        )  # fmt: skip
+        target, gain = (c, F1) if out.shape[0] == 3 else (0, np.float32((0.2126, 0.7152, 0.0722)[c]))
+        _under(radiance, passed, np.float32(env[ENV_AIR + c]), share, free[a:b], gain, out[target, row, a:b])
+    _own_ground(share, free[a:b], buf[DEPTH, a:b], weight[row, a:b], depth_inverse[row, a:b], ids[row, a:b])
+
+
+@kernel
+def draw_ground_and_sky_freely(
+    rotation, camera, env, layout, tables, shadows, bounds, lights, optics, xs, size, frame, work, buf
+):
+    """Fill what objects left over, whatever the camera's rotation.
+
+    Args:
+        rotation: (3, 3) world to camera.
+        camera: (3,) its position.
+        env: (ENV_SIZE,) see kernels.lighting.
+        layout: See kernels.street_profile.
+        tables: See kernels.street_profile.
+        shadows: (polygons, polygon info, capsules) of kernels.shadows.
+        bounds: From ``shadow_bounds``.
+        lights: (ground lamp map, its frame, others' beams, beam table).
+        optics: (focal, cx, cy).
+        xs: (W,) pixel centres.
+        size: (height, width).
+        frame: (out (C, H, W), alpha, weight, depth inverse, ids).
+        work: (WORK_SIZE,) float32 of kernels.street_profile.
+        buf: (24, >= W) float32.
+    """
+    out, alpha, weight, depth_inverse, ids = frame
+    rest = (out, weight, depth_inverse, ids)
+    focal, _, cy = optics
+    n = xs.shape[0]
+    free = buf[FREE]
+    for row in range(size[0]):
+        a, b = _free_row(alpha[row], free)
+        if b <= a:
+            continue
+        yn = (row + 0.5 - cy) / focal
+        _place_row(rotation, camera, yn, optics, xs, buf)
+        most = max(buf[SHARE, 0], buf[SHARE, n - 1])  # linear along the row between its ends' clamps
+        least = min(buf[SHARE, 0], buf[SHARE, n - 1])
+        if most > F0:
+            _ground_row(
+                row,
+                yn,
+                camera,
+                env,
+                layout,
+                tables,
+                shadows,
+                bounds,
+                lights,
+                optics,
+                xs,
+                a,
+                b,
+                free,
+                rest,
+                work,
+                buf,
+            )
+        if least < F1:
+            _sky_row(row, yn, rotation, env, optics, xs, a, b, free, rest, buf)
