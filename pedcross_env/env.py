@@ -11,6 +11,7 @@ import numpy as np
 from gymnasium import spaces
 
 from pedcross_env.birds_eye import draw_birds_eye
+from pedcross_env.camera.truth import Truth
 from pedcross_env.config import EnvConfig, from_mapping
 from pedcross_env.contracts import Outcome
 from pedcross_env.errors import ConfigError, unknown_name
@@ -172,6 +173,29 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         else:
             vision = self._vision
         return vision.expose_once(self.world.time_s)
+
+    def truth(self, *, flow: bool = False) -> Truth:
+        """What the camera's picture shows, known without looking, whatever the modalities.
+
+        Depth in metres, instance ids, class per pixel, and for every pedestrian its box, its visible box, which
+        fraction is visible and which is beyond the picture's edges; see ``pedcross_env.camera.truth``.
+
+        Args:
+            flow: Whether to add the optical flow back to the previous step's picture: for each pixel, where its
+                surface was then, relative to where it is now, (H, W, 2) pixels.
+
+        Raises:
+            ConfigError: Before the first reset; for the flow, before the first step.
+        """
+        world = self.world
+        if flow and world.time_s == 0:
+            raise ConfigError("truth(flow=True) looks back to the previous picture: call step() first.")
+        vision = self._vision
+        if vision is None:
+            vision = Vision(self.config)
+            self._open_eyes(vision)
+        before = world.time_s - 1.0 / self.config.world.policy_hz if flow else None
+        return vision.truth(None if self._sight is None else self._sight.frame, world.time_s, before)
 
     def birds_eye(self) -> np.ndarray:
         """The scene from above, (H, W, 3) uint8, the ego driving upwards."""

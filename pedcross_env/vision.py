@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pedcross_env.camera import CameraPose, Renderer, camera_pose
+from pedcross_env.camera.truth import Truth, truth_of
 from pedcross_env.config import EnvConfig
 from pedcross_env.contracts import EVENT_DTYPE, Frame
 from pedcross_env.flow import image_flow_px
@@ -123,6 +124,17 @@ class Vision:
             luminance += part.luminance
         share = np.float32(1.0 / samples)
         return replace(frame, radiance=radiance * share, luminance=luminance * share)
+
+    def truth(self, frame: Frame | None, time_s: float, from_s: float | None = None) -> Truth:
+        """All that is known of the picture at ``time_s``, with the flow back to ``from_s`` if given; changes no state.
+
+        ``frame`` is its full render; None renders it.
+        """
+        snapshot = self._world.snapshot(time_s)
+        frame = self._full(time_s, 0.0) if frame is None else frame
+        return truth_of(
+            frame, snapshot, self._renderer, None if from_s is None else self._world.snapshot(from_s)
+        )
 
     def visible_fraction(self, actor_id: int, frame: Frame, time_s: float) -> float:
         """Share of an actor's silhouette that ``frame``, the full render at ``time_s``, shows."""
