@@ -150,8 +150,8 @@ def pedestrians_in(frame: Frame, snapshot: Snapshot, renderer: Renderer) -> tupl
             distance_m=float(project(pose, middle)[0, 2]),
             amodal_box=_moved(outline, left, top),
             visible_box=None if box is None else _moved(box, area[1].start, area[0].start),
-            visible_fraction=min(1.0, np.count_nonzero(seen) / inside),
-            truncated_fraction=1.0 - inside / np.count_nonzero(mask),
+            visible_fraction=min(1.0, int(np.count_nonzero(seen)) / inside),
+            truncated_fraction=1.0 - inside / int(np.count_nonzero(mask)),
         ))  # fmt: skip
     return tuple(sorted(found, key=lambda p: p.actor_id))
 

@@ -80,6 +80,17 @@ def test_a_car_hides_the_lower_part(camera):
     assert half.visible_box[3] < half.amodal_box[3] - 10
 
 
+def test_everybody_in_the_picture_is_found_wherever_the_optical_axis_is():
+    crowd = [pedestrian(10 + k, 14.0 + k, -9.0 + 2.4 * k) for k in range(7)]
+    for point in ((0.5, 0.5), (0.3, 0.7), (0.7, 0.3)):
+        camera = renderer(principal_point=point, width_px=300, height_px=220)
+        found = truth(camera, snapshot(*crowd))
+        assert {p.actor_id for p in found.pedestrians if p.visible_box} == set(
+            np.unique(found.instance)
+        ) & set(range(10, 17))
+        assert len(found.pedestrians) >= 4
+
+
 def test_more_cover_less_visible(camera):
     """A car drawn across in front hides ever more."""
     shares = []
@@ -147,11 +158,14 @@ def test_the_next_picture_is_this_one_moved_by_the_flow(camera):
     back = optical_flow(second, after, before, camera)
     rows, columns = np.mgrid[0:256, 0:450].astype(np.float32)
     warped = cv2.remap(first.luminance, columns + back[..., 0], rows + back[..., 1], cv2.INTER_LINEAR)
-    inside = np.s_[10:246, 10:440]
-    moved = np.abs(np.log(warped[inside] / second.luminance[inside]))
-    still = np.abs(np.log(first.luminance[inside] / second.luminance[inside]))
-    assert np.mean(moved > 0.05) < 0.45 * np.mean(still > 0.05)
-    assert np.percentile(moved, 80) < 0.5 * np.percentile(still, 80)
+    # interpolation blurs texture finer than a pixel: compare what a softer eye sees
+    soft, warped, old = (
+        cv2.GaussianBlur(image, (0, 0), 1.5)[10:246, 10:440]
+        for image in (second.luminance, warped, first.luminance)
+    )
+    moved, still = np.abs(np.log(warped / soft)), np.abs(np.log(old / soft))
+    assert np.percentile(moved, 80) < 0.4 * np.percentile(still, 80)
+    assert np.mean(moved > 0.05) < 0.4 * np.mean(still > 0.05)
 
 
 def test_through_a_lens_the_flow_follows_its_projection():

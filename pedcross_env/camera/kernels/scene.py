@@ -311,11 +311,14 @@ def _visible(centre, radius, optics, size):
     focal, cx, cy = optics
     if centre[2] + radius < 0.1:
         return False
-    half_w, half_h = (size[1] - cx) / focal, (size[0] - cy) / focal
-    wide, tall = math.sqrt(1 + half_w * half_w), math.sqrt(1 + half_h * half_h)
-    if abs(centre[0]) - half_w * centre[2] > radius * wide:
-        return False
-    return abs(centre[1]) - half_h * centre[2] <= radius * tall
+    for k in range(2):
+        low = (-cx if k == 0 else -cy) / focal
+        high = ((size[1] - cx) if k == 0 else (size[0] - cy)) / focal
+        if centre[k] - high * centre[2] > radius * math.sqrt(1 + high * high):
+            return False
+        if low * centre[2] - centre[k] > radius * math.sqrt(1 + low * low):
+            return False
+    return True
 
 
 @njit(cache=True, error_model="numpy")
