@@ -28,7 +28,8 @@ class NetworkDetector:
     """Implements ``perception.detector.Detector`` over any network of ``perception.registry``.
 
     Every update runs the whole window from a fresh state, so streaming equals ``predict`` on the same
-    frames; the pseudo-temporal network's logits are kept per frame, which is the same with less work.
+    frames; the pseudo-temporal network's logits are kept per frame, which is the same with less work where a
+    frame's planes are its own.
 
     Args:
         network: Maps (T, N, C, h, w) to logits (N,); set to evaluation mode here.
@@ -66,7 +67,7 @@ class NetworkDetector:
             ConfigError: Where the observation lacks the modality, or its image has another shape.
         """
         small = self.preprocess.of_observation(observation)
-        if isinstance(self.network, PseudoTemporalResNet18):
+        if isinstance(self.network, PseudoTemporalResNet18) and not self.preprocess.sees_changes:
             image = clip_tensor(small[None, None], self.preprocess)[0]
             logit = float(self.network.frame_logits(image))
             self._logits.extend([logit] * (1 if self._logits else self.frames))

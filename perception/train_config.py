@@ -5,11 +5,11 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from pedcross_env.contracts import MODALITIES, Modality
 from pedcross_env.errors import ConfigError, unknown_name
-from perception.preprocess import Preprocess
+from perception.preprocess import Preprocess, RgbInput
 from perception.recipes import RECIPES
 from perception.registry import NETWORKS
 
@@ -25,6 +25,8 @@ class TrainConfig:
         out: Folder of the checkpoint; the unfinished run lies in ``out/run``.
         subsets: Read together: those of ``pedcross generate``, or the paper's ("dataset", "dataset_weather").
         view: "compact" or "paper" preprocessing, at width_px x height_px.
+        rgb_input: What a compact network sees of rgb, see ``Preprocess``; dvs and "paper" take no other
+            than "image".
         train_stride: Frames between windows of training and validation (the paper: 1).
         test_stride: The same for the test; None: no overlap.
         epochs: None: the recipe's.
@@ -46,6 +48,7 @@ class TrainConfig:
     width_px: int = 112
     height_px: int = 64
     view: Literal["compact", "paper"] = "compact"
+    rgb_input: RgbInput = "image"
     train_stride: int = 3
     test_stride: int | None = None
     recipe: str = "compact"
@@ -64,11 +67,16 @@ class TrainConfig:
     def __post_init__(self) -> None:
         choices = {
             "model": NETWORKS, "modality": MODALITIES, "recipe": RECIPES, "view": ("compact", "paper"),
-            "precision": ("fp32", "bf16"), "on_error": ("raise", "skip"),
+            "precision": ("fp32", "bf16"), "on_error": ("raise", "skip"), "rgb_input": get_args(RgbInput),
         }  # fmt: skip
         for name, allowed in choices.items():
             if getattr(self, name) not in allowed:
                 raise unknown_name(name, getattr(self, name), allowed)
+        if self.rgb_input != "image" and (self.modality, self.view) != ("rgb", "compact"):
+            raise ConfigError(
+                f"rgb_input = {self.rgb_input!r} is not allowed with modality {self.modality!r} and view"
+                f" {self.view!r}: it is for modality 'rgb' and view 'compact'."
+            )
         if isinstance(self.subsets, str) or not self.subsets or len(set(self.subsets)) < len(self.subsets):
             raise ConfigError(f"subsets = {self.subsets!r} is not allowed: a tuple of different names.")
         for name in ("train_stride", "test_stride"):
@@ -88,8 +96,9 @@ class TrainConfig:
 
     def preprocess(self) -> Preprocess:
         """Return the preprocessing these settings mean."""
-        make = Preprocess.compact if self.view == "compact" else Preprocess.paper
-        return make(self.modality, self.width_px, self.height_px)
+        if self.view == "paper":
+            return Preprocess.paper(self.modality, self.width_px, self.height_px)
+        return Preprocess.compact(self.modality, self.width_px, self.height_px, self.rgb_input)
 
     def settings(self) -> dict[str, Any]:
         """Return what decides the weights, without paths and limits of this machine."""

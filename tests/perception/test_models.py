@@ -18,6 +18,17 @@ def clips(frames: int = 3, count: int = 2, in_channels: int = 2) -> torch.Tensor
     return torch.rand(frames, count, in_channels, 32, 32, generator=torch.Generator().manual_seed(1))
 
 
+def with_statistics(name: str) -> torch.nn.Module:
+    """Return a network whose norms know the statistics of ``clips(count=8)``."""
+    network = small(name).train()
+    for module in network.modules():
+        if isinstance(module, torch.nn.modules.batchnorm._BatchNorm):
+            module.momentum = 1.0
+    with torch.no_grad(), fresh_state(network):
+        network(clips(count=8))
+    return network.eval()
+
+
 @pytest.mark.parametrize(
     ("name", "parameters"), [("pt_resnet18", 11_170_753), ("sps_r18t", 11_170_953), ("sps_r18", 11_170_773)]
 )
@@ -151,6 +162,21 @@ def test_iand_shortcuts_stay_binary_and_add_shortcuts_do_not():
         values = set(seen[0].unique().tolist())
         assert values <= ({0.0, 1.0} if largest else {0.0, 1.0, 2.0, 3.0})
         assert largest or values - {0.0, 1.0}
+
+
+def test_an_iand_trunk_starts_awake_and_its_branches_quiet():
+    rates = firing_rates(with_statistics("sps_r18t"), clips(count=8))
+    trunk = {name: rate for name, rate in rates.items() if name == "sn1" or "downsample" in name}
+    branches = {name: rate for name, rate in rates.items() if name.endswith("sn2")}
+    assert len(trunk) == 4
+    assert all(0.08 < rate < 0.5 for rate in trunk.values()), trunk
+    assert all(rate < 0.15 for rate in branches.values()), branches
+
+
+def test_the_other_connections_start_as_usual():
+    for name in ("sp_r18", "sps_r18t_add"):
+        norms = [m for m in small(name).modules() if isinstance(m, torch.nn.modules.batchnorm._BatchNorm)]
+        assert all((norm.weight == 1).all() and (norm.bias == 0).all() for norm in norms)
 
 
 def test_firing_rates_name_all_layers_and_are_empty_without_spikes():

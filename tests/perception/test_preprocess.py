@@ -56,11 +56,46 @@ def test_the_papers_event_view_is_one_grey_channel_in_the_unit_range():
     assert planes.max() <= 1
 
 
+def test_changes_show_what_moves_and_nothing_else():
+    view = Preprocess.compact("rgb", 32, 16, "changes")
+    still = np.random.default_rng(0).integers(0, 256, (64, 64, 3), dtype=np.uint8)
+    moved = still.copy()
+    moved[32:40, 20:24] = 250
+    planes = view.normalise(np.stack([view.shrink(image) for image in (still, still, moved, moved)]))
+    assert planes.shape == (4, 1, 16, 32)
+    assert not planes[[0, 1, 3]].any()
+    assert planes[2].any()
+
+
+def test_a_change_is_one_at_ten_per_cent_of_contrast_and_the_same_in_every_light():
+    view = Preprocess.compact("rgb", 8, 8, "changes")
+    dim, bright = (
+        np.stack([np.full((16, 16, 3), v, np.uint8) for v in pair]) for pair in ((84, 94), (184, 204))
+    )
+    for pair in (dim, bright):  # both rise by a tenth of (level + 16)
+        planes = view.normalise(np.stack([view.shrink(image) for image in pair]))
+        np.testing.assert_allclose(planes[1], np.log(1.1) / 0.1, rtol=1e-4)
+
+
+def test_both_are_the_image_with_its_changes_behind():
+    image = np.random.default_rng(0).integers(0, 256, (2, 64, 64, 3), dtype=np.uint8)
+    planes = {}
+    for kind in ("image", "changes", "both"):
+        view = Preprocess.compact("rgb", 32, 16, kind)
+        planes[kind] = view.normalise(np.stack([view.shrink(i) for i in image]))
+    np.testing.assert_array_equal(
+        planes["both"], np.concatenate([planes["image"], planes["changes"]], axis=1)
+    )
+
+
 @pytest.mark.parametrize(
     ("settings", "match"),
     [
         ({"modality": "lidar", "channels": 1}, "lidar"),
         ({"modality": "rgb", "channels": 2}, "channels = 2"),
+        ({"modality": "rgb", "channels": 3, "rgb_input": "changes"}, "channels = 3"),
+        ({"modality": "rgb", "channels": 3, "rgb_input": "change"}, "changes"),
+        ({"modality": "dvs", "channels": 2, "rgb_input": "changes"}, "events are changes already"),
         ({"modality": "rgb", "channels": 3, "crop_top": 0.9}, "crop_top"),
         ({"modality": "rgb", "channels": 3, "resize": "are"}, "area"),
         ({"modality": "rgb", "channels": 3, "mean": (0.5,)}, "mean"),

@@ -13,8 +13,8 @@ from perception.streaming import NetworkDetector, clip_tensor
 FRAMES = 4
 
 
-def detector(name: str = "sps_r18t_add", modality: str = "dvs") -> NetworkDetector:
-    view = Preprocess.compact(modality, 32, 32)
+def detector(name: str = "sps_r18t_add", modality: str = "dvs", rgb_input: str = "image") -> NetworkDetector:
+    view = Preprocess.compact(modality, 32, 32, rgb_input)
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(0)
         network = create_network(name, in_channels=view.channels, frames=FRAMES, width=0.125)
@@ -42,6 +42,12 @@ def test_streaming_equals_windows_on_the_same_frames(name):
     predicted = subject.predict(windows)
     np.testing.assert_allclose(streamed[FRAMES - 1 :], predicted, atol=1e-5)
     assert np.ptp(predicted) > 1e-4  # not equal because nothing fires
+
+
+@pytest.mark.parametrize("rgb_input", ["changes", "both"])
+@pytest.mark.parametrize("name", ["pt_resnet18", "stacked_resnet18", "sps_r18t"])
+def test_detectors_of_changes_keep_the_contract(name, rgb_input):
+    assert len(check_detector(detector(name, "rgb", rgb_input), (48, 64))) == 9
 
 
 @pytest.mark.parametrize("name", ["pt_resnet18", "sps_r18t_add"])

@@ -164,6 +164,7 @@ def test_a_silent_layer_is_a_warning(data, tmp_path, monkeypatch):
         ({"recipe": "papr"}, "paper"),
         ({"train_stride": 4}, "train_stride"),
         ({"epochs": 0}, "epochs"),
+        ({"rgb_input": "changes"}, "view 'compact'"),
         ({"subsets": "dataset"}, "subsets"),
         ({"max_minutes": 0}, "max_minutes"),
     ],
@@ -180,6 +181,12 @@ def test_one_cycle_rises_then_falls_and_the_papers_rate_is_constant():
     assert all(np.diff(rates[:31]) > 0)
     assert all(np.diff(rates[30:]) < 0)
     assert {learning_rate(RECIPES["paper"], step, 100) for step in range(100)} == {1e-3}
+
+
+def test_the_spiking_recipe_differs_in_its_rate_alone():
+    spiking, compact = RECIPES["compact-spiking"], RECIPES["compact"]
+    assert spiking.rate == 2 * compact.rate
+    assert dataclasses.replace(spiking, rate=compact.rate) == compact
 
 
 def test_only_the_papers_recipe_decays_tau_and_the_temporal_scale():
