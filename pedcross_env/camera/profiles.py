@@ -9,7 +9,8 @@ import numpy as np
 __all__ = ["BAND_SIZE", "bands_of", "stripes_of"]
 
 BAND_SIZE = 9  # y range; albedo r, g, b at its low end, at its high end; lines
-TOLERANCE = 4e-4  # of an albedo
+TOLERANCE = 1e-3  # of an albedo
+JUMP = 2e-3  # between two texels: an edge
 BEYOND_M = 1e6
 
 
@@ -26,7 +27,7 @@ def bands_of(integral: np.ndarray, start_m: float, texel_m: float) -> np.ndarray
     """
     profile = np.diff(integral[:, :5].astype(np.float64), axis=0)
     covered = profile[:, 0] > 0.5
-    jump = (np.abs(np.diff(profile, axis=0)) > 5 * TOLERANCE).any(axis=1)
+    jump = (np.abs(np.diff(profile, axis=0)) > JUMP).any(axis=1)
     edges = [0, *(np.flatnonzero(jump) + 1), len(profile)]
     bands = [
         _band(profile, a, b, start_m, texel_m)

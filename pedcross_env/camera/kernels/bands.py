@@ -49,18 +49,18 @@ def _rise(value, out):
 
 
 @kernel
-def _part(band, p, u0, inv_span, low, high, at, planes, cover, marks):
+def _part(band, p, u0, inv_span, low, high, at, buf, first, cover, marks):
     """Add the part of a band that lies between columns ``low`` and ``high``, both in pixel ``at``."""
     share = np.float32(high - low)
     t = np.float32((0.5 * (low + high) - u0) * inv_span)
     for k in range(p):
-        planes[k, at] += share * (band[3 + k] + t * (band[3 + p + k] - band[3 + k]))
+        buf[first + k, at] += share * (band[3 + k] + t * (band[3 + p + k] - band[3 + k]))
     cover[at] += share
     marks[at] += share * band[2]
 
 
 @kernel
-def fill_bands(bands, p, y0, dy, first, planes, cover, marks):
+def fill_bands(bands, p, y0, dy, column, buf, first, cover, marks):
     """Fill a row's pixels with their mean over the bands they see: exact, so that nothing is aliased at any distance.
 
     Args:
@@ -68,8 +68,9 @@ def fill_bands(bands, p, y0, dy, first, planes, cover, marks):
         p: P.
         y0: y of the row's column 0.
         dy: y per column.
-        first: Column of the arrays' first pixel.
-        planes: (>= P, n) values; 0 where no band has been yet.
+        column: Of the first pixel.
+        buf: Work space (whole, so that its rows' slices are known to be contiguous).
+        first: Its row for the first of P planes of values; 0 where no band has been yet.
         cover: (n,) share of the pixel that the bands cover, likewise.
         marks: (n,) share that lines cover, likewise.
     """
@@ -77,29 +78,29 @@ def fill_bands(bands, p, y0, dy, first, planes, cover, marks):
     inv = 1.0 / dy
     for j in range(bands.shape[0]):
         band = bands[j]
-        u0, u1 = (band[0] - y0) * inv - first, (band[1] - y0) * inv - first
+        u0, u1 = (band[0] - y0) * inv - column, (band[1] - y0) * inv - column
         low, high = max(0.0, min(u0, u1)), min(n + 0.0, max(u0, u1))
         if high <= low:
             continue
         inv_span = 1.0 / (u1 - u0)
         i0, i1 = int(low), int(high)
         if i0 == i1:
-            _part(band, p, u0, inv_span, low, high, i0, planes, cover, marks)
+            _part(band, p, u0, inv_span, low, high, i0, buf, first, cover, marks)
             continue
         if low > i0:
-            _part(band, p, u0, inv_span, low, i0 + 1.0, i0, planes, cover, marks)
+            _part(band, p, u0, inv_span, low, i0 + 1.0, i0, buf, first, cover, marks)
             i0 += 1
         if high > i1:
-            _part(band, p, u0, inv_span, i1 + 0.0, high, i1, planes, cover, marks)
+            _part(band, p, u0, inv_span, i1 + 0.0, high, i1, buf, first, cover, marks)
         if i1 > i0:
             t = (i0 + 0.5 - u0) * inv_span
             for k in range(p):
                 rise = band[3 + p + k] - band[3 + k]
                 start = np.float32(band[3 + k] + t * rise)
                 if rise == F0:
-                    _constant(start, planes[k, i0:i1])
+                    _constant(start, buf[first + k, i0:i1])
                 else:
-                    _ramp(start, np.float32(rise * inv_span), planes[k, i0:i1])
+                    _ramp(start, np.float32(rise * inv_span), buf[first + k, i0:i1])
             _constant(F1, cover[i0:i1])
             if band[2] > F0:
                 _constant(band[2], marks[i0:i1])
@@ -130,45 +131,42 @@ def add_stripes(stripes, weight, y0, dy, first, marks):
 
 
 @kernel
-def _grain_between(low0, high0, low1, high1, f0, f1, period, turns, scale, out):
+def _between(low0, high0, low1, high1, f0, f1, period, turns, scale, mean, out):
     for j in range(out.shape[0]):
         low, high = low0[j] + f0 * (high0[j] - low0[j]), low1[j] + f1 * (high1[j] - low1[j])
-        out[j] = (high - low + turns * period[j]) * scale
+        out[j] = (high - low + turns * period[j]) * scale - mean * np.float32(j)
 
 
 @kernel
-def grain_row(integral, x0, x1, texel, line):
-    """Box-filter the tiled grain from x0 to x1 and integrate the result across the street.
+def grain_row(sums, x0, x1, texel, line):
+    """Box-filter the tiled grain from x0 to x1; the result is integrated across the street.
 
     Args:
-        integral: (T + 1, T) running sums along x.
+        sums: (T + 1, T + 1) running sums along x and y.
         x0: From, metres.
         x1: To.
         texel: Metres.
-        line: (T + 1,) filled with running sums across, less ``mean`` each, so that they are periodic.
+        line: (T + 1,) filled with the running sums across, less the mean each, so that they are periodic.
 
     Returns:
         The row's mean.
     """
-    size = integral.shape[1]
+    size = sums.shape[1] - 1
     p0, p1 = x0 / texel, x1 / texel
     span = max(p1 - p0, 1e-3)
     t0, t1 = math.floor(p0 / size), math.floor(p1 / size)
     q0, q1 = p0 - t0 * size, p1 - t1 * size
     i0, i1 = min(int(q0), size - 1), min(int(q1), size - 1)
-    _grain_between(
-        integral[i0], integral[i0 + 1], integral[i1], integral[i1 + 1], np.float32(q0 - i0), np.float32(q1 - i1),
-        integral[size], np.float32(t1 - t0), np.float32(1.0 / span), line[:size],
-    )  # fmt: skip
-    total = F0
-    for j in range(size):
-        total += line[j]
-    mean = total / np.float32(size)
-    total = F0
-    for j in range(size):
-        value = line[j]
-        line[j] = total
-        total += value - mean
+    f0, f1, turns, scale = (
+        np.float32(q0 - i0),
+        np.float32(q1 - i1),
+        np.float32(t1 - t0),
+        np.float32(1.0 / span),
+    )
+    low = sums[i0, size] + f0 * (sums[i0 + 1, size] - sums[i0, size])
+    high = sums[i1, size] + f1 * (sums[i1 + 1, size] - sums[i1, size])
+    mean = (high - low + turns * sums[size, size]) * scale / np.float32(size)
+    _between(sums[i0], sums[i0 + 1], sums[i1], sums[i1 + 1], f0, f1, sums[size], turns, scale, mean, line)
     line[size] = F0
     return mean
 

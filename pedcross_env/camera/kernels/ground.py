@@ -267,13 +267,11 @@ def _own_rest(share, free, inverse, ident, weight, depth_inverse, ids):
 
 
 @kernel
-def _profile(level, z, x0, y0, dx, dy, tables, stripe_weights, weighed, count, a, n, buf):
+def _profile(level, y0, dy, stripes, stripe_weights, weighed, count, a, n, buf):
     """Fill the albedo planes, cover and marks of the road (level 0) or of what lies above the kerb."""
-    low, high = weighed
-    planes, cover, marks = buf[PLANES : PLANES + 4, :n], buf[COVER, :n], buf[MARKS, :n]
-    fill_bands(low if level == 0 else high, count, y0, dy, a, planes, cover, marks)
+    cover, marks = buf[COVER, :n], buf[MARKS, :n]
+    fill_bands(weighed[level], count, y0, dy, a, buf, PLANES, cover, marks)
     if level == 0:
-        stripes = tables[1]
         for k in range(2):
             if stripe_weights[k] > 0:
                 add_stripes(stripes[k], stripe_weights[k], y0, dy, a, marks)
@@ -330,7 +328,7 @@ def _ground_row(
     """Ground between columns a and b of one row."""
     focal, cx, cy = optics
     kerb_h, along_start, along_texel, grain_texel = street
-    along_table, _, grain = tables
+    along_table, stripes, grain = tables
     count, kinds, weights = albedo
     polygons, polygon_info, capsules = shadows
     lamp_map, lamp_frame, beams, table = lights
@@ -376,7 +374,7 @@ def _ground_row(
                     lamp_map, lamp_frame, table, env, beams, place, z, yn, focal, cx, xs[a:b], buf[LAMP, :n], buf[BEAM, :n],
                 )  # fmt: skip
         if abs(dy) > 1e-9:
-            _profile(level, z, x0, y0, dx, dy, tables, along, weighed, count, a, n, buf)
+            _profile(level, y0, dy, stripes, along, weighed, count, a, n, buf)
     _row_facts(env, depth, share, facts)
     _shade_row(row, a, b, n, count, free, facts, lights_on, kinds, weights, out, buf)
     if owners:
@@ -449,7 +447,7 @@ def draw_ground_and_sky(
         camera: (3,) its position.
         env: (ENV_SIZE,) see kernels.lighting.
         street: (kerb height, start of the profiles along, their texel, the grain's texel), metres.
-        tables: (profiles along (N, 3), stripes across by kind, running sums of the grain).
+        tables: (profiles along (N, 3), stripes across by kind, grain's running sums).
         bands: (bands of the road, those above the kerb, work for either), see kernels.bands.
         shadows: (polygons, their facts, capsules).
         lights: (lamp map, its frame, others' beams, low-beam candela).

@@ -22,7 +22,7 @@ ACROSS_TEXEL_M, ALONG_TEXEL_M, GROUND_TEXEL_M = 0.01, 0.05, 0.025
 
 @lru_cache(maxsize=1)
 def grain_integral() -> np.ndarray:
-    """Return (513, 512) float32 running sums along x of the tiled grain: fine noise, stains and patches, mean 0."""
+    """Return (513, 513) float32 running sums along x and y of the tiled grain: fine noise, stains and patches, mean 0."""
     rng = np.random.default_rng(20_240)
     size = 512
     frequency = np.hypot(np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)[None, :])
@@ -35,7 +35,7 @@ def grain_integral() -> np.ndarray:
     grain = np.clip(grain - grain.mean(), -0.5, 0.7)
     grain -= grain.mean()
     return np.ascontiguousarray(
-        np.concatenate([np.zeros((1, size)), np.cumsum(grain, axis=0)]), dtype=np.float32
+        np.pad(grain.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0))), dtype=np.float32
     )
 
 
