@@ -397,14 +397,6 @@ def _albedo(scenery: Scenery, low_m: float, high_m: float) -> np.ndarray:
     return (scenery.low[j, 1:4] - scenery.low[i, 1:4]) / np.float32(j - i)
 
 
-@lru_cache(maxsize=1)
-def _grain_table() -> np.ndarray:
-    """(513, 513) float32 summed area table of the tiled grain."""
-    sums = grain_integral().astype(np.float64)
-    table = np.concatenate([np.zeros((len(sums), 1)), np.cumsum(sums, axis=1)], axis=1)
-    return np.ascontiguousarray(table, dtype=np.float32)
-
-
 @lru_cache(maxsize=8)
 def ground_tables(street: StreetSpec) -> GroundTables:
     """Return what the general ground kernel needs of a street of any layout."""
@@ -433,7 +425,7 @@ def ground_tables(street: StreetSpec) -> GroundTables:
         [_albedo(main, -lanes, lanes), _albedo(main, street.kerb_y_m - 0.28, street.kerb_y_m - 0.02)]
     )
     tables = (
-        main.along, main.low, scenery.high, _grain_table(), side.along, side.low, _stop_lines(street),
+        main.along, main.low, scenery.high, grain_integral(), side.along, side.low, _stop_lines(street),
         np.ascontiguousarray(plain, dtype=np.float32),
     )  # fmt: skip
     return GroundTables(layout, tables)
