@@ -1,88 +1,188 @@
-"""Frames of the camera per second of user CPU time on one thread: clear, fog, night, wet, luminance only, and 1600x600.
+"""The camera against its bars: frames per second of user CPU time on one thread, and how long a first frame takes.
 
-Run: python benchmarks/camera.py [seconds per line]
+Two scenes: the reference scene (straight street with a crosswalk, houses, trees and lamps on both sides, four cars and
+two pedestrians), and a drive that the scenario sampler made. What is in view is printed with each.
+
+Run: python benchmarks/camera.py [--seconds 2] [--no-start]
 """
 
-import math
+from __future__ import annotations
+
+import argparse
 import os
+import platform
+import resource
+import subprocess
 import sys
+import tempfile
 import time
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
+from scenes import generated_drive, reference_scene, reference_street
 
-from pedcross_env.camera import Renderer
-from pedcross_env.config import CameraConfig
-from pedcross_env.contracts import ACTOR_DTYPE, ActorKind, Snapshot
-from pedcross_env.scenario.street import Crosswalk, StreetSpec
-from pedcross_env.weather.weather import Weather
+from pedcross_env.camera import Renderer, camera_pose, project
+from pedcross_env.config import CameraConfig, RgbConfig, camera_preset
+from pedcross_env.contracts import Snapshot
+from pedcross_env.scenario.street import StreetSpec
+from pedcross_env.sensors import rgb
+from pedcross_env.weather import Precipitation, Weather
 
-STREET = StreetSpec(crosswalks=(Crosswalk(x_m=22.0),), seed=3)
-NIGHT = {"sun_altitude_deg": -30.0, "street_lamps": True, "headlights": True}
-WEATHERS = {
-    "clear": Weather(),
-    "fog 60 m": Weather(visibility_m=60.0, cloudiness=1.0),
-    "night": Weather(**NIGHT),
-    "wet, rain 20 mm/h": Weather(wetness=1.0, rain_mm_h=20.0, cloudiness=1.0),
-    "wet night": Weather(**NIGHT, wetness=1.0, rain_mm_h=20.0),
-}
+NIGHT = Weather(name="night", sun_altitude_deg=-30.0, street_lamps=True, headlights=True)
+RAIN = Weather(
+    name="50 mm/h", rain_mm_h=50.0, wetness=1.0, water_film_mm=1.0, cloudiness=1.0, headlights=True
+)
+CLEAR = Weather()
+SMALL, LARGE = CameraConfig(), camera_preset("carla")
+# name, camera, weather, what a frame is, frames per second to reach
+BARS = (
+    ("450x256 clear, RGB + depth + ids", SMALL, CLEAR, "full", 350),
+    ("450x256 rain 50 mm/h, RGB with sensor noise", SMALL, RAIN, "sensor", 160),
+    ("450x256 night, street lamps, RGB with sensor noise", SMALL, NIGHT, "sensor", 160),
+    ("450x256 clear, luminance sub-frame", SMALL, CLEAR, "luminance", 450),
+    ("1600x600 clear, RGB with sensor noise", LARGE, CLEAR, "sensor", 40),
+    ("1600x600 night, RGB with sensor noise", LARGE, NIGHT, "sensor", 20),
+    ("1600x600 rain 50 mm/h, RGB with sensor noise", LARGE, RAIN, "sensor", 15),
+)
+FIRST_FRAME_BARS_S = {"warm": 1.5, "none": 40.0}
+SCENES = ("reference", "generated")
+
+FIRST_FRAME = """
+import time; start = time.perf_counter()
+import numpy as np
+from pedcross_env.env import CrossingEnv
+env = CrossingEnv({"modalities": ["rgb"], "weather": ["clear"]})
+env.reset(seed=0)
+print(time.perf_counter() - start)
+"""
 
 
-def actor(**values: float) -> np.ndarray:
-    record = np.zeros((), ACTOR_DTYPE)
-    for name, value in values.items():
-        record[name] = value
-    return record
+def cpu_name() -> str:
+    """The processor's own name where the system tells it."""
+    path = Path("/proc/cpuinfo")
+    lines = path.read_text().splitlines() if path.exists() else []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    flags = next((line for line in lines if line.startswith("flags")), "")
+    widest = next((name for name in ("avx512f", "avx2", "avx") if f" {name} " in f"{flags} "), "")
+    return f"{names[0] if names else platform.processor()} ({os.cpu_count()} CPUs, {widest or platform.machine()})"
 
 
-def car(ident: int, x: float, y: float, lights: float, **values: float) -> np.ndarray:
-    size = {"length": 4.5, "width": 1.8, "height": 1.5}
-    return actor(
-        id=ident, kind=ActorKind.VEHICLE, x=x, y=y, headlight=lights, seed=ident, **{**size, **values}
+def moments(scene: str, weather: Weather) -> tuple[StreetSpec, list[Snapshot]]:
+    """Twenty moments 1/30 s apart."""
+    if scene == "generated":
+        street, drive = generated_drive(7, 60, headlights=weather.headlights)
+        return street, drive[-20:]
+    lights = float(weather.headlights)
+    return reference_street(), [reference_scene(k / 30, lights=lights) for k in range(20)]
+
+
+def contents(renderer: Renderer, moment: Snapshot) -> str:
+    """What a scene holds: how many of each the picture shows, from ids and tables."""
+    frame = renderer.render(moment)
+    assert frame.instance is not None
+    seen = set(np.unique(frame.instance).tolist())
+    kinds = [int(a["kind"]) for a in moment.actors if int(a["id"]) in seen]
+    shares = {
+        name: float(np.mean(frame.instance == value))
+        for name, value in (("ground", -1), ("houses", -2), ("trees", -3))
+    }
+    assert renderer._scenery is not None
+    lamps = project(camera_pose(renderer.config, moment.ego), renderer._scenery.lamps)
+    near = (
+        (lamps[:, 2] > 0) & (lamps[:, 2] < 90) & (lamps[:, 0] > 0) & (lamps[:, 0] < renderer.config.width_px)
+    )
+    return (
+        f"{kinds.count(1)} vehicles, {kinds.count(2)} pedestrians, {int(near.sum())} street lamps (to 90 m) in view; "
+        "of the picture " + ", ".join(f"{100 * share:.0f} % {name}" for name, share in shares.items())
     )
 
 
-def scene(x: float, lights: float) -> Snapshot:
-    """Four cars and two pedestrians, as in the comparison that the targets come from."""
-    person = {"kind": ActorKind.PEDESTRIAN, "length": 0.5, "width": 0.5, "gait_stride": 1.4}
-    others = [
-        car(10, 16.0, -4.6, 0.0),
-        car(11, 24.0, 4.6, 0.0, yaw=math.pi, model=1),
-        car(12, 48.0, 1.75, lights, yaw=math.pi, model=2),
-        car(13, 60.0, -1.75, lights, model=1),
-        actor(id=20, x=22.0, y=-2.5, yaw=math.pi / 2, height=1.75, seed=1, gait_phase=0.1 + x, **person),
-        actor(
-            id=21, x=21.0, y=3.0, yaw=-math.pi / 2, height=1.3, seed=2, model=1, gait_phase=0.4 + x, **person
-        ),
-    ]
-    return Snapshot(0.0, car(1, x, -1.75, lights), np.array(others, ACTOR_DTYPE))
+def work_of(renderer: Renderer, weather: Weather, kind: str) -> Callable[[Snapshot, int], object]:
+    """What is timed for one frame."""
+    if kind == "luminance":
+        return lambda moment, k: renderer.render(moment, luminance_only=True)
+    if kind == "full":
+        return lambda moment, k: renderer.render(moment)
+    falling, settings = Precipitation(weather, 1), RgbConfig()
+    state = [rgb.initial_rgb_state(settings)]
+
+    def sense(moment: Snapshot, k: int) -> object:
+        frame = renderer.render(moment)
+        pose = camera_pose(renderer.config, moment.ego)
+        falling.draw(
+            frame, pose, moment.time_s, rgb.exposure_time_s(state[0], settings), float(moment.ego["speed"])
+        )
+        state[0], image = rgb.expose(state[0], frame, 1 / 30, settings, k)
+        return image
+
+    return sense
 
 
-def measure(camera: Renderer, weather: Weather, luminance_only: bool, seconds: float) -> float:
-    camera.load(STREET, weather)
-    scenes = [scene(0.33 * k, float(weather.headlights)) for k in range(20)]
-    camera.render(scenes[0], luminance_only=luminance_only)
-    frames, start = 0, os.times().user
-    end = time.perf_counter() + seconds
-    while time.perf_counter() < end:
-        for snapshot in scenes:
-            camera.render(snapshot, luminance_only=luminance_only)
-        frames += len(scenes)
-    return frames / (os.times().user - start)
+def user_seconds_per_frame(
+    work: Callable[[Snapshot, int], object], drive: list[Snapshot], seconds: float
+) -> float:
+    """Best of several passes: other programs on the machine only ever add."""
+    for k, moment in enumerate(drive[:3]):
+        work(moment, k)
+    best, end = float("inf"), time.perf_counter() + seconds
+    while time.perf_counter() < end or best == float("inf"):
+        start = resource.getrusage(resource.RUSAGE_SELF).ru_utime
+        for k, moment in enumerate(drive):
+            work(moment, k)
+        best = min(best, (resource.getrusage(resource.RUSAGE_SELF).ru_utime - start) / len(drive))
+    return best
+
+
+def first_frame_s(cache: str) -> float:
+    """Wall seconds from starting Python's imports to the first picture, in a process with that cache folder."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": cache}
+    result = subprocess.run(
+        [sys.executable, "-c", FIRST_FRAME], env=environment, capture_output=True, text=True, check=True
+    )
+    return float(result.stdout.split()[-1])
+
+
+def verdict(reached: bool) -> str:
+    return "reached" if reached else "MISSED"
 
 
 def main() -> None:
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 2.0
-    start = os.times().user
-    small, large = Renderer(CameraConfig()), Renderer(CameraConfig(width_px=1600, height_px=600))
-    small.load(STREET, WEATHERS["wet night"])
-    small.render(scene(0.0, 1.0))
-    print(f"first frame (compiling where there is no cache): {os.times().user - start:.1f} s")
-    for name, weather in WEATHERS.items():
-        full, alone = (measure(small, weather, only, seconds) for only in (False, True))
-        print(
-            f"450x256 {name:18s} {full:6.0f} frames/s with colour, depth and ids; {alone:6.0f} luminance only"
-        )
-    print(f"1600x600 clear {measure(large, WEATHERS['clear'], False, seconds):14.0f} frames/s")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--seconds", type=float, default=2.0, help="wall time per line")
+    parser.add_argument(
+        "--no-start", action="store_true", help="leave out the first frame of a fresh process"
+    )
+    args = parser.parse_args()
+    print(
+        f"{cpu_name()}; Python {platform.python_version()}; one thread, user CPU time, best pass of 20 frames"
+    )
+    for scene in SCENES:
+        renderer = Renderer(SMALL)
+        street, drive = moments(scene, CLEAR)
+        renderer.load(street, CLEAR)
+        print(f"\n{scene} scene: {contents(renderer, drive[0])}")
+        for name, camera, weather, kind, bar in BARS:
+            renderer = Renderer(camera)
+            street, drive = moments(scene, weather)
+            renderer.load(street, weather)
+            cost_s = user_seconds_per_frame(work_of(renderer, weather, kind), drive, args.seconds)
+            print(
+                f"  {name:52s} {1 / cost_s:6.0f} /s  {1e3 * cost_s:6.2f} ms   bar {bar:3d} /s: "
+                f"{verdict(1 / cost_s >= bar)}",
+                flush=True,
+            )
+    if not args.no_start:
+        print("\nfirst frame of a fresh process, wall time, imports included")
+        with tempfile.TemporaryDirectory() as cache:
+            for name in ("none", "warm"):
+                taken, bar_s = first_frame_s(cache), FIRST_FRAME_BARS_S[name]
+                print(
+                    f"  {name + ' cache':52s} {taken:6.1f} s   bar {bar_s:g} s: {verdict(taken <= bar_s)}",
+                    flush=True,
+                )
 
 
 if __name__ == "__main__":
