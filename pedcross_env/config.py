@@ -185,6 +185,7 @@ class RgbConfig:
     longest_exposure_s: float = 1 / 60
     read_noise_e: float = 3.0
     noise: bool = True
+    bloom: float = 0.04  # share of what is beyond saturation that spills over its neighbours; 0: none
     motion_blur_samples: int = 1  # renders averaged over the exposure, each as dear as a frame; 1: no blur
 
     def __post_init__(self) -> None:
@@ -195,6 +196,7 @@ class RgbConfig:
         require(self.max_gain >= 1, "max_gain", self.max_gain, "1 or more")
         require(self.base_white_cd_m2 > 0, "base_white_cd_m2", self.base_white_cd_m2, "positive")
         require(self.longest_exposure_s > 0, "longest_exposure_s", self.longest_exposure_s, "positive")
+        require(0 <= self.bloom <= 1, "bloom", self.bloom, "0 to 1")
         samples = self.motion_blur_samples
         require(1 <= samples <= 64, "motion_blur_samples", samples, "1 (none) to 64")
         require(self.read_noise_e >= 0, "read_noise_e", self.read_noise_e, "0 or more")

@@ -40,7 +40,6 @@ __all__ = ["SUBSETS", "GenerateConfig", "GenerateReport", "generate", "recording
 SUBSETS: dict[str, tuple[str, ...]] = {"default": ("clear",), "weather": BAD_WEATHERS}
 """Subset to the weathers drawn for its videos; the paper's two."""
 
-JPEG_QUALITY = 92
 SUFFIX: dict[Modality, str] = {"rgb": "jpg", "dvs": "png"}
 SEEDS_PER_SUBSET = 1_000_000
 NOT_COMPARED = ("out", "workers", "videos")  # a dataset may grow, anywhere, by any number of processes
@@ -60,6 +59,8 @@ class GenerateConfig:
     """Episode seeds are derived from it; no two subsets share one."""
     events: bool = False
     """Also write each video's raw events as npz."""
+    jpeg_quality: int = 92
+    """Of the RGB images, 1 to 100; low ones add the artefacts of a compressed stream."""
     workers: int = 0
     """Processes; 0: one per core."""
     traffic: TrafficConfig = field(default_factory=TrafficConfig)
@@ -76,6 +77,7 @@ class GenerateConfig:
             self.events,
             "False unless 'dvs' is recorded",
         )
+        require(1 <= self.jpeg_quality <= 100, "jpeg_quality", self.jpeg_quality, "1 to 100")
         require(self.workers >= 0, "workers", self.workers, "0 or more")
         require(self.seed >= 0, "seed", self.seed, "0 or more")
         for subset in self.subsets:
@@ -286,7 +288,7 @@ def _write_frame(
         path = video.folder(modality) / f"{frame}-{info['crossing']}.{SUFFIX[modality]}"
         if not path.is_file():
             if modality == "rgb":
-                image, options = observation["rgb"], [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
+                image, options = observation["rgb"], [cv2.IMWRITE_JPEG_QUALITY, config.jpeg_quality]
             else:
                 image, options = counts_to_png(observation["dvs"]), [cv2.IMWRITE_PNG_COMPRESSION, 3]
             ok, data = cv2.imencode(path.suffix, np.ascontiguousarray(image[..., ::-1]), options)

@@ -207,5 +207,6 @@ class Vision:
 
     def _rain(self, frame: Frame, pose: CameraPose, time_s: float, exposure_s: float) -> None:
         self._precipitation.draw(
-            frame, pose, time_s, exposure_s, self._world.ego.speed_mps, depth=self._depth
-        )
+            frame, pose, time_s, exposure_s, self._world.ego.speed_mps, depth=self._depth,
+            beam=self._renderer.own_beam(self._world.snapshot(time_s)),
+        )  # fmt: skip

@@ -128,7 +128,7 @@ def light_of(weather: Weather) -> Light:
         sun_direction=direction,
         sun_lx=direct * sun_tint,
         sky_lx=sky * sky_tint,
-        bounce_lx=0.18 * total * _tint(1.0, 0.97, 0.92),
+        bounce_lx=(0.18 + 0.57 * weather.snow_cover) * total * _tint(1.0, 0.97, 0.92),
         zenith=zenith * sky_tint,
         horizon=horizon * haze_tint,
         airlight=float(horizon),

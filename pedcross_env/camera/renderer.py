@@ -43,6 +43,7 @@ from pedcross_env.camera.scenery import (
     sun_shear,
     tree_shadow_capsules,
 )  # fmt: skip
+from pedcross_env.camera.snow import snowed
 from pedcross_env.camera.vehicles import PAINTS
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import ActorKind, Frame, Snapshot
@@ -115,9 +116,13 @@ class Renderer:
         )  # some may have been registered since
         self._crowns = crown_textures()
         across = (self._scenery.across_low, ACROSS_TEXEL_M)
-        low, high = bands_of(self._scenery.low, *across), bands_of(self._scenery.high, *across)
+        tables = [
+            snowed(table, *across, street, weather.snow_cover)
+            for table in (self._scenery.low, self._scenery.high)
+        ]
+        low, high = (bands_of(table, *across) for table in tables)
         self._bands = (low, high, np.empty((len(low), 11), np.float32), np.empty((len(high), 11), np.float32))
-        self._stripes = (stripes_of(self._scenery.low, 5, *across), stripes_of(self._scenery.low, 6, *across))
+        self._stripes = (stripes_of(tables[0], 5, *across), stripes_of(tables[0], 6, *across))
         self._front_maps, self._ground_map = self._scenery.front_lamp_maps, self._scenery.ground_lamp_map
 
     @property
@@ -126,6 +131,13 @@ class Renderer:
         if self._light is None:
             raise ConfigError("Renderer was used before load: call load(street, weather) once per episode.")
         return float((self._light.sky_lx * LUMA).sum())
+
+    def own_beam(self, snapshot: Snapshot) -> tuple[np.ndarray, np.ndarray] | None:
+        """Candela table and place (position, forward, left, up in camera coordinates) of the ego's headlights."""
+        if self._light is None or not (self._light.beam_on or snapshot.ego["headlight"] > 0):
+            return None
+        tables = self._tables[int(snapshot.ego["headlight"] > 1)]
+        return tables[0], _beam(camera_pose(self.config, snapshot.ego), snapshot.ego)
 
     def render(self, snapshot: Snapshot, *, luminance_only: bool = False, flash_lx: float = 0.0) -> Frame:
         """Render one moment.

@@ -7,9 +7,15 @@ import math
 import numpy as np
 from numba import njit
 
-__all__ = ["ADC_MAX", "develop", "mean_log"]
+from pedcross_env.camera.kernels.jit import kernel
+
+__all__ = ["ADC_MAX", "BLOOM_CAP", "BLOOM_FROM", "bloom", "develop", "mean_log"]
 
 ADC_MAX = 4095  # of a 12-bit converter
+
+BLOOM_FROM = np.float32(2.0)  # whites a pixel holds before it spills
+BLOOM_CAP = np.float32(30.0)  # more whites than these spill no more
+_ZERO = np.float32(0.0)
 
 # Four independent bytes add up to nearly a normal number: mean 510, variance 4 (256^2 - 1) / 12, excess
 # kurtosis -0.3, never beyond 3.45 standard deviations.
@@ -62,18 +68,136 @@ def _clean_row(row, scale, well_e, digits):
         digits[x] = np.int32(min(top, max(np.float32(0.0), row[x] * to_digits)) + np.float32(0.5))
 
 
-@njit(cache=True, error_model="numpy")
-def develop(radiance, scale, well_e, read_variance, noise, first, second, table, image):
-    """Turn (3, H, W) radiance into an (H, W, 3) picture: electrons, noise, 12 bits, code table."""
+@kernel
+def _top_row(row, top):
+    for x in range(row.size):
+        top[x] = max(top[x], row[x])
+
+
+@kernel
+def _excess_row(row, level, cap, total):
+    for x in range(row.size):
+        total[x] += min(cap, max(_ZERO, row[x] - level))
+
+
+@kernel
+def _smooth(line, work):
+    """Triangular mean over five cells in place: twice a mean over three, the ends repeated."""
+    n = line.size
+    for _ in range(2):
+        for i in range(n):
+            work[i] = line[i]
+        for i in range(n):
+            line[i] = (work[max(0, i - 1)] + work[i] + work[min(n - 1, i + 1)]) * np.float32(1.0 / 3.0)
+
+
+@kernel
+def _widen(cells, cell, out):
+    """Interpolate values that belong to the middles of cells to pixels."""
+    last, step = cells.size - 1, np.float32(1.0 / cell)
+    offset = np.float32(0.5 - (cell / 2 - cell // 2))
+    for k in range(-1, cells.size):
+        a, b = cells[max(0, k)], cells[min(last, k + 1)]
+        start = k * cell + cell // 2
+        for x in range(max(0, start), min(out.size, start + cell)):
+            out[x] = a + (b - a) * (np.float32(x - start) + offset) * step
+
+
+@kernel
+def bloom(radiance, white, share, cell, work, cells, glow, lit):
+    """Fill ``glow`` (3, rows of cells, W) with the light that saturated pixels spill around them; whether there is any.
+
+    What exceeds BLOOM_FROM whites, BLOOM_CAP whites at most, is averaged over cells and smoothed by a triangle of five
+    cells. ``lit`` (rows,) tells the rows of cells that have some; ``work`` (3, W or rows) and ``cells`` (3, rows,
+    columns) are work space.
+    """
     channels, height, width = radiance.shape
-    digits = np.empty(width, np.int32)
+    rows, columns = cells.shape[1], cells.shape[2]
+    level, cap = BLOOM_FROM * white, BLOOM_CAP * white
+    total, line, spare = work[0], work[1, :rows], work[2]
+    any_light = False
+    for j in range(rows):
+        lit[j] = False
+    for c in range(channels):
+        for j in range(rows):
+            for x in range(width):
+                total[x] = _ZERO
+            first, last = j * cell, min(height, (j + 1) * cell)
+            for y in range(first, last):
+                _top_row(radiance[c, y], total[:width])
+            some = False
+            for x in range(width):
+                some = some or total[x] > level
+            for i in range(columns):
+                cells[c, j, i] = _ZERO
+            if not some:
+                continue
+            any_light = True
+            lit[j] = True
+            for x in range(width):
+                total[x] = _ZERO
+            for y in range(first, last):
+                _excess_row(radiance[c, y], level, cap, total[:width])
+            for i in range(columns):
+                value = _ZERO
+                for x in range(i * cell, min(width, (i + 1) * cell)):
+                    value += total[x]
+                cells[c, j, i] = value * np.float32(share / (cell * cell))
+            _smooth(cells[c, j], spare)
+    if not any_light:
+        return False
+    for c in range(channels):
+        for i in range(columns):
+            for j in range(rows):
+                line[j] = cells[c, j, i]
+            _smooth(line, spare)
+            for j in range(rows):
+                cells[c, j, i] = line[j]
+    # The triangle reaches two cells on, the interpolation one more.
+    for j in range(rows):
+        spare[j] = np.float32(lit[j])
+    for j in range(rows):
+        for k in range(max(0, j - 3), min(rows, j + 4)):
+            lit[j] = lit[j] or spare[k] > _ZERO
+    for c in range(channels):
+        for j in range(rows):
+            if lit[j]:
+                _widen(cells[c, j], cell, glow[c, j])
+            else:
+                for x in range(width):
+                    glow[c, j, x] = _ZERO
+    return True
+
+
+@kernel
+def _lit_row(row, low, high, part, out):
+    for x in range(row.size):
+        out[x] = row[x] + low[x] + part * (high[x] - low[x])
+
+
+@njit(cache=True, error_model="numpy")
+def develop(radiance, scale, well_e, read_variance, noise, first, second, table, glow, lit, cell, image):
+    """Turn (3, H, W) radiance into an (H, W, 3) picture: glow, electrons, noise, 12 bits, code table.
+
+    ``glow`` and ``lit`` as bloom fills them, in cells of ``cell`` pixels, or without rows where there is none.
+    """
+    channels, height, width = radiance.shape
+    digits, sum_row = np.empty(width, np.int32), np.empty(width, np.float32)
+    rows = glow.shape[1]
     for y in range(height):
+        at = (y + 0.5) / cell - 0.5
+        k = math.floor(at)
         for c in range(channels):
+            row = radiance[c, y]
+            if rows > 0 and lit[min(rows - 1, max(0, k))]:
+                low, high = glow[c, max(0, k)], glow[c, min(rows - 1, k + 1)]
+                _lit_row(row, low, high, np.float32(at - k), sum_row)
+                row = sum_row
             if noise:
                 start = np.uint32((c * height + y) * width)
-                _noisy_row(radiance[c, y], scale, well_e, read_variance, start, first, second, digits)
+                _noisy_row(row, scale, well_e, read_variance, start, first, second, digits)
             else:
-                _clean_row(radiance[c, y], scale, well_e, digits)
+                _clean_row(row, scale, well_e, digits)
             line = image[y, :, c]
             for x in range(width):
                 line[x] = table[digits[x]]

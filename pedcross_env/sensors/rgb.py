@@ -18,6 +18,7 @@ _MID_GREY = 0.18  # where the logarithmic mean is put, as a share of white
 _BRIGHT = 0.9  # where the bright percentile is put
 _BRIGHT_SHARE = 0.005  # of the picture that may be brighter than the bright percentile
 _METER_STEP_PX = 4
+_BLOOM_CELL_AT_450_PX = 4
 _METER_FLOOR_CD_M2 = 1e-3  # darker than what the camera can see counts as this
 
 
@@ -85,7 +86,8 @@ def expose(
     The exposure was decided by the frames before, as in a real camera; this frame decides the next one's.
     Electrons at white: full_well_e / gain with gain = max(1, base_white / white). Each value gets noise of
     variance electrons + read_noise_e ** 2 from a hash of (seed, frame, pixel), then a 12-bit converter that
-    clips at white, then sRGB.
+    clips at white, then sRGB. Before that, saturated pixels spill the share ``bloom`` of what exceeds two whites over
+    those around them (within ten pixels at a width of 450).
 
     Args:
         state: Unchanged.
@@ -109,12 +111,27 @@ def expose(
     white = metered if state.white_cd_m2 is None else state.white_cd_m2
     well_e = config.full_well_e * min(1.0, white / config.base_white_cd_m2)
     image = np.empty((*frame.luminance.shape, 3), np.uint8)
+    radiance = np.ascontiguousarray(frame.radiance, np.float32)
+    cell, glow, lit = _bloom(radiance, white, config)
     key = int(child_key(seed_key(seed), state.frame))
     kernels.develop(
-        np.ascontiguousarray(frame.radiance, np.float32), np.float32(well_e / white), np.float32(well_e),
+        radiance, np.float32(well_e / white), np.float32(well_e),
         np.float32(config.read_noise_e**2), config.noise, np.uint32(key & 0xFFFFFFFF), np.uint32(key >> 32),
-        _SRGB, image,
+        _SRGB, glow, lit, cell, image,
     )  # fmt: skip
     share = 1.0 - math.exp(-dt_s / config.adaptation_s) if config.adaptation_s > 0 else 1.0
     following = math.exp(math.log(white) + share * (math.log(metered) - math.log(white)))
     return RgbState(white_cd_m2=following, frame=state.frame + 1), image
+
+
+def _bloom(radiance: np.ndarray, white: float, config: RgbConfig) -> tuple[int, np.ndarray, np.ndarray]:
+    """What saturated pixels spill: cell size in pixels, (3, rows of cells, W) and which rows have any; or no rows."""
+    height, width = radiance.shape[1:]
+    cell = max(2, round(_BLOOM_CELL_AT_450_PX * width / 450))
+    if config.bloom > 0:
+        rows, columns = -(-height // cell), -(-width // cell)
+        cells, glow = (np.empty((3, rows, n), np.float32) for n in (columns, width))
+        work, lit = np.empty((3, max(width, rows)), np.float32), np.empty(rows, np.bool_)
+        if kernels.bloom(radiance, np.float32(white), np.float32(config.bloom), cell, work, cells, glow, lit):
+            return cell, glow, lit
+    return cell, np.empty((3, 0, 0), np.float32), np.empty(0, np.bool_)

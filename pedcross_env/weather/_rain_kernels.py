@@ -95,6 +95,27 @@ def _streak(
 
 
 @njit(cache=True, error_model="numpy")
+def _beam_lx(table: np.ndarray, spans: np.ndarray, beam: np.ndarray, x: float, y: float, z: float) -> float:
+    """Illuminance at a point in camera coordinates from the headlights."""
+    dx, dy, dz = x - beam[0], y - beam[1], z - beam[2]
+    forward = dx * beam[3] + dy * beam[4] + dz * beam[5]
+    if forward < 0.05:
+        return 0.0
+    rows, columns = table.shape
+    left = (dx * beam[6] + dy * beam[7] + dz * beam[8]) / forward
+    up = (dx * beam[9] + dy * beam[10] + dz * beam[11]) / forward
+    i = (left - spans[0]) / (spans[1] - spans[0]) * (columns - 1)
+    j = (up - spans[2]) / (spans[3] - spans[2]) * (rows - 1)
+    if not (0 <= i < columns - 1 and 0 <= j < rows - 1):
+        return 0.0
+    a, b = int(j), int(i)
+    t, s = i - b, j - a
+    low = table[a, b] + t * (table[a, b + 1] - table[a, b])
+    high = table[a + 1, b] + t * (table[a + 1, b + 1] - table[a + 1, b])
+    return (low + s * (high - low)) / max(0.25, dx * dx + dy * dy + dz * dz)
+
+
+@njit(cache=True, error_model="numpy")
 def _class_streaks(
     luminance: np.ndarray,
     radiance: np.ndarray,
@@ -109,6 +130,7 @@ def _class_streaks(
     size: tuple[float, float, float, float],
     limits: tuple[float, float],
     brightness: float,
+    lights: tuple[float, np.ndarray, np.ndarray, np.ndarray],
     sway_m: float,
     key: np.uint64,
 ) -> int:
@@ -116,6 +138,7 @@ def _class_streaks(
     focal, cx, cy = optics
     low_mm, high_mm, per_m3, slope = size
     least_px, nearest = limits
+    scatter, table, spans, beam = lights
     rows, columns = luminance.shape
     farthest = 1e-3 * high_mm * focal / least_px
     if farthest <= nearest:
@@ -184,6 +207,9 @@ def _class_streaks(
                     strength = min(1.0, (width_px / least_px - 1.0) / FADE)
                     x = rotation[0, 0] * here[0] + rotation[0, 1] * here[1] + rotation[0, 2] * here[2]
                     y = rotation[1, 0] * here[0] + rotation[1, 1] * here[1] + rotation[1, 2] * here[2]
+                    shine = brightness
+                    if table.shape[0] > 0:
+                        shine += scatter * _beam_lx(table, spans, beam, x, y, z)
                     half = 0.5 * exposure_s
                     # A camera that overtakes the drop during the exposure sees it up to the near limit.
                     z0, z1 = max(0.5 * nearest, z - moved[2] * half), max(0.5 * nearest, z + moved[2] * half)
@@ -191,7 +217,7 @@ def _class_streaks(
                         luminance, radiance, depth,
                         cx + focal * (x - moved[0] * half) / z0, cy + focal * (y - moved[1] * half) / z0,
                         cx + focal * (x + moved[0] * half) / z1, cy + focal * (y + moved[1] * half) / z1,
-                        width_px, z, brightness, strength,
+                        width_px, z, shine, strength,
                     ):  # fmt: skip
                         drawn += 1
     return drawn
@@ -219,15 +245,20 @@ def draw_rain(
     least_px: float,
     nearest: float,
     brightness: float,
+    lights: tuple[float, np.ndarray, np.ndarray, np.ndarray],
     sway_m: float,
     key: np.uint64,
 ) -> int:
-    """Draw all classes of drops; return the number of streaks that reached a pixel."""
+    """Draw all classes of drops; return the number of streaks that reached a pixel.
+
+    ``lights``: What the headlights add: luminance per lx, their candela table (or none), its spans (tangents to the
+    left from .. to, upwards from .. to) and their place in camera coordinates.
+    """
     drawn = 0
     for k in range(low_mm.size):
         drawn += _class_streaks(
             luminance, radiance, depth, origin, rotation, (focal, cx, cy), time_s, exposure_s,
             np.array([0.0, wind_mps, -speed_mps[k]]), ego_mps, (low_mm[k], high_mm[k], per_m3[k], slope[k]),
-            (least_px, nearest), brightness, sway_m, combine(key, np.uint64(k)),
+            (least_px, nearest), brightness, lights, sway_m, combine(key, np.uint64(k)),
         )  # fmt: skip
     return drawn

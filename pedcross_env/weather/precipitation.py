@@ -31,6 +31,10 @@ _FLAKE_MM, _FLAKE_POWER = 2.295, 3 / 2.078  # size of a flake over that of the d
 _FLAKE_WHITE = 0.9  # share of the light around it that a flake scatters on
 _FLAKE_MIN_WIDTH_PX = 0.5
 _SWAY_M = 0.04
+# Luminance towards the lamp per lx: a white sphere sends 2/3 of a white card's, a drop a twentieth of that.
+_FLAKE_SCATTER = _FLAKE_WHITE * 2 / 3 / math.pi
+_DROP_SCATTER = _FLAKE_SCATTER / 20
+_BEAM_SPANS = np.array([-0.9, 0.9, -0.35, 0.25])  # of the beam tables: camera.light.BEAM_TAN_H, BEAM_TAN_V
 _NEAREST_M = 0.4  # nearer drops are blurred away, or do not pass the windscreen
 _MIN_WIDTH_PX = 0.35  # narrower streaks are left to the extinction
 _MIN_WIDTH_AT_PX = 800.0  # for pictures wider than this the least width grows in proportion
@@ -99,6 +103,7 @@ class _Drops:
     speed_mps: np.ndarray
     slope_per_mm: np.ndarray
     brightness: float
+    scatter: float
     least_px: float
     sway_m: float
     key: np.uint64
@@ -113,7 +118,7 @@ def _raindrops(rain_mm_h: float, key: np.uint64) -> _Drops:
     mean_mm = (low * below[:-1] - high * below[1:]) / (below[:-1] - below[1:]) + 1.0 / slope
     return _Drops(
         low, high, 8000.0 / slope * (below[:-1] - below[1:]), np.array([fall_speed_mps(d) for d in mean_mm]),
-        np.full(_CLASSES, slope), _BRIGHTNESS, _MIN_WIDTH_PX, 0.0, key,
+        np.full(_CLASSES, slope), _BRIGHTNESS, _DROP_SCATTER, _MIN_WIDTH_PX, 0.0, key,
     )  # fmt: skip
 
 
@@ -125,7 +130,9 @@ def _flakes(snow_mm_h: float, key: np.uint64) -> _Drops:
     slope = np.log(density[:-1] / density[1:]) / (high - low)
     number = (density[:-1] - density[1:]) / slope
     speed = np.array([flake_speed_mps(d) for d in np.sqrt(low * high)])
-    return _Drops(low, high, number, speed, slope, _FLAKE_WHITE, _FLAKE_MIN_WIDTH_PX, _SWAY_M, key)
+    return _Drops(
+        low, high, number, speed, slope, _FLAKE_WHITE, _FLAKE_SCATTER, _FLAKE_MIN_WIDTH_PX, _SWAY_M, key
+    )  # fmt: skip
 
 
 class Precipitation:
@@ -153,6 +160,7 @@ class Precipitation:
         exposure_s: float,
         ego_velocity_mps: float,
         depth: np.ndarray | None = None,
+        beam: tuple[np.ndarray, np.ndarray] | None = None,
     ) -> int:
         """Draw the drops and flakes that cross the view during an exposure centred on ``time_s``, in place.
 
@@ -173,6 +181,7 @@ class Precipitation:
             ego_velocity_mps: Speed of the camera along its optical axis.
             depth: (H, W) float32 used where the frame has none, such as that of the last full frame; without
                 both, nothing hides the rain.
+            beam: Candela table and place of the ego's headlights, see Renderer.own_beam.
 
         Returns:
             How many streaks were drawn.
@@ -187,6 +196,7 @@ class Precipitation:
         ]
         around = float(np.mean(sample, dtype=np.float64)) if sample.size else frame.airlight
         coarse = max(1.0, pose.width_px / _MIN_WIDTH_AT_PX)
+        table, place = (np.empty((0, 0), np.float32), np.empty(0)) if beam is None else beam
         drawn = 0
         for kind in self._kinds:
             drawn += int(
@@ -200,7 +210,7 @@ class Precipitation:
                     float(time_s), float(exposure_s), float(ego_velocity_mps), float(self._wind_mps),
                     kind.low_mm, kind.high_mm, kind.per_m3, kind.speed_mps, kind.slope_per_mm,
                     kind.least_px * coarse, _NEAREST_M, np.float32(kind.brightness * 0.5 * (frame.airlight + around)),
-                    kind.sway_m, kind.key,
+                    (kind.scatter, table, _BEAM_SPANS, place), kind.sway_m, kind.key,
                 )
             )  # fmt: skip
         return drawn

@@ -151,3 +151,40 @@ def test_black_is_legal_and_luminance_alone_is_not() -> None:
 def test_a_fixed_exposure_darker_than_the_gain_allows_is_refused() -> None:
     with pytest.raises(ConfigError, match="fixed_white_cd_m2"):
         RgbConfig(exposure="fixed", fixed_white_cd_m2=1.0)
+
+
+def lamp_before_black(level: float, x: int = 60) -> Frame:
+    luminance = np.zeros((100, 120))
+    luminance[48:52, x : x + 4] = level
+    return frame_of(luminance)
+
+
+def test_saturated_pixels_spill_light_and_others_do_not() -> None:
+    config = RgbConfig(exposure="fixed", fixed_white_cd_m2=100.0, noise=False)
+    for level in (50.0, 199.0):
+        image = first_image(lamp_before_black(level), config)
+        assert not image[:40].any()
+        assert not image[:, :50].any()
+    bright, brighter = (first_image(lamp_before_black(level), config) for level in (1000.0, 2500.0))
+    assert 0 < bright[44, 62, 0] < brighter[44, 62, 0]
+    assert not bright[:, :45].any()
+    off = RgbConfig(exposure="fixed", fixed_white_cd_m2=100.0, noise=False, bloom=0.0)
+    assert not first_image(lamp_before_black(1000.0), off)[:47].any()
+
+
+def test_bloom_keeps_the_light_it_spreads_up_to_its_cap() -> None:
+    config = RgbConfig(exposure="fixed", fixed_white_cd_m2=100.0, noise=False, bloom=0.1)
+    shares = [
+        decode(first_image(lamp_before_black(level), config))[..., 0].sum() - 16
+        for level in (400.0, 5000.0, 1e6)
+    ]
+    # Of the 16 pixels' excess of two whites a tenth is spread; what falls on the saturated ones themselves is not seen.
+    assert 0.5 * 16 * 2 * 0.1 < shares[0] < 16 * 2 * 0.1
+    assert shares[1] == pytest.approx(shares[2], rel=1e-6)
+    assert shares[1] == pytest.approx(15 * shares[0], rel=0.15)
+
+
+def test_without_saturation_bloom_changes_no_byte() -> None:
+    scene, off = frame_of(street(50.0)), RgbConfig(exposure="fixed", fixed_white_cd_m2=100.0, bloom=0.0)
+    on = RgbConfig(exposure="fixed", fixed_white_cd_m2=100.0)
+    assert first_image(scene, on).tobytes() == first_image(scene, off).tobytes()
