@@ -37,34 +37,51 @@ RED, COVER, MARKS, GRAIN, RADIANCE, PASSED, REST, FREE = 12, 15, 16, 17, 18, 19,
 
 
 @kernel
-def _place_row(rotation, camera, yn, optics, xs, buf):
+def _depth_row(base, slope, pixel, height, share, down, depth):
+    """Depth of a row's pixels on the road: ``base + slope * column`` is how steeply their rays look down."""
+    far = np.float32(FAR_M)
+    for i in range(share.shape[0]):
+        here = base + slope * np.float32(i)
+        part = max(F0, min(F1, here / pixel + HALF))
+        # on the horizon: the middle of what is below it
+        here = max(np.float32(1e-7), here if here > HALF * pixel else HALF * (here + HALF * pixel))
+        share[i] = part
+        down[i] = here
+        depth[i] = min(far, height / here)
+
+
+@kernel
+def _position_row(origin, base, slope, depth, out):
+    for i in range(out.shape[0]):
+        out[i] = origin + depth[i] * (base + slope * np.float32(i))
+
+
+@kernel
+def _step_row(own, up, base, slope, inv_focal, depth, down, out):
+    """Change of a ground coordinate per pixel: by the ray's own turn, and by the depth's change along the ray."""
+    for i in range(out.shape[0]):
+        ray = base + slope * np.float32(i)
+        out[i] = depth[i] * inv_focal * (own + up / down[i] * ray)
+
+
+@kernel
+def _place_row(rotation, camera, yn, optics, n, buf):
     """Place a row's pixels on the road's plane: share below the horizon, depth, x, y and their change per column and row."""
     focal, cx, _ = optics
     ux, uy, uz = rotation[0, 2], rotation[1, 2], rotation[2, 2]
-    pixel = (abs(ux) + abs(uy)) / focal
-    share, depth = buf[SHARE], buf[DEPTH]
-    x, y, xu, xv, yu, yv = buf[X], buf[Y], buf[XU], buf[XV], buf[YU], buf[YV]
-    for i in range(xs.shape[0]):
-        xn = (xs[i] - cx) / focal
-        down = -(ux * xn + uy * yn + uz)
-        share[i] = np.float32(max(0.0, min(1.0, down / pixel + 0.5)))
-        # on the horizon: the middle of what is below it
-        down = max(1e-7, down if down > 0.5 * pixel else 0.5 * (down + 0.5 * pixel))
-        z = min(FAR_M, camera[2] / down)
-        ray_x = rotation[0, 0] * xn + rotation[1, 0] * yn + rotation[2, 0]
-        ray_y = rotation[0, 1] * xn + rotation[1, 1] * yn + rotation[2, 1]
-        per = z / focal
-        du, dv = per * ux / down, per * uy / down
-        depth[i] = np.float32(z)
-        x[i], y[i] = np.float32(camera[0] + z * ray_x), np.float32(camera[1] + z * ray_y)
-        xu[i], yu[i] = (
-            np.float32(per * rotation[0, 0] + du * ray_x),
-            np.float32(per * rotation[0, 1] + du * ray_y),
-        )
-        xv[i], yv[i] = (
-            np.float32(per * rotation[1, 0] + dv * ray_x),
-            np.float32(per * rotation[1, 1] + dv * ray_y),
-        )
+    first, inv = (0.5 - cx) / focal, np.float32(1.0 / focal)
+    depth, down = buf[DEPTH, :n], buf[REST, :n]
+    _depth_row(
+        np.float32(-(ux * first + uy * yn + uz)), np.float32(-ux / focal), np.float32((abs(ux) + abs(uy)) / focal),
+        np.float32(camera[2]), buf[SHARE, :n], down, depth,
+    )  # fmt: skip
+    for k in range(2):
+        base = np.float32(rotation[0, k] * first + rotation[1, k] * yn + rotation[2, k])
+        slope = np.float32(rotation[0, k] / focal)
+        _position_row(np.float32(camera[k]), base, slope, depth, buf[X + k, :n])
+        for m in range(2):
+            own, up = np.float32(rotation[m, k]), np.float32(rotation[m, 2])
+            _step_row(own, up, base, slope, inv, depth, down, buf[XU + 2 * k + m, :n])
 
 
 @kernel
@@ -373,7 +390,7 @@ def draw_ground_and_sky_freely(
         if b <= a:
             continue
         yn = (row + 0.5 - cy) / focal
-        _place_row(rotation, camera, yn, optics, xs, buf)
+        _place_row(rotation, camera, yn, optics, n, buf)
         most = max(buf[SHARE, 0], buf[SHARE, n - 1])  # linear along the row between its ends' clamps
         least = min(buf[SHARE, 0], buf[SHARE, n - 1])
         if most > F0:

@@ -28,10 +28,11 @@ GUTTER_M = 0.3
 def _mean_across(table, low, texel, d, width, out):
     """Mean of all channels from d - width / 2 to d + width / 2; the table's ends go on for ever."""
     last = table.shape[0] - 2
-    width = max(width, 0.5 * texel)
-    p0, p1 = (d - 0.5 * width - low) / texel, (d + 0.5 * width - low) / texel
-    i0, i1 = int(min(max(p0, 0.0), last + 0.0)), int(min(max(p1, 0.0), last + 0.0))
-    f0, f1, scale = np.float32(p0 - i0), np.float32(p1 - i1), np.float32(texel / width)
+    inv = 1.0 / texel
+    middle, half = (d - low) * inv, 0.5 * max(width * inv, 0.5)
+    p0, p1 = middle - half, middle + half
+    i0, i1 = np.uint32(min(max(p0, 0.0), last + 0.0)), np.uint32(min(max(p1, 0.0), last + 0.0))
+    f0, f1, scale = np.float32(p0 - i0), np.float32(p1 - i1), np.float32(0.5 / half)
     for k in range(8):
         low_end = table[i0, k] + f0 * (table[i0 + 1, k] - table[i0, k])
         out[k] = scale * (table[i1, k] + f1 * (table[i1 + 1, k] - table[i1, k]) - low_end)
@@ -55,34 +56,48 @@ def _within(low, high, s, width):
     return max(0.0, min(high, s + 0.5 * width) - max(low, s - 0.5 * width)) / width
 
 
-@kernel
-def _sum_to(table, p, q):
-    """Sum of the tiled grain over [0, p) x [0, q), p and q >= 0."""
-    size = table.shape[0] - 1
-    a, b = math.floor(p / size), math.floor(q / size)
-    p, q = p - a * size, q - b * size
-    i, j = min(int(p), size - 1), min(int(q), size - 1)
-    f, g = p - i, q - j
+@inlined
+def _bilinear(table, i, f, j, g):
+    """Read a table between its nodes."""
     low = table[i, j] + g * (table[i, j + 1] - table[i, j])
-    high = table[i + 1, j] + g * (table[i + 1, j + 1] - table[i + 1, j])
-    total = low + f * (high - low)
-    if a > 0:
-        total += a * (table[size, j] + g * (table[size, j + 1] - table[size, j]))
-    if b > 0:
-        total += b * (table[i, size] + f * (table[i + 1, size] - table[i, size]))
-    return total + a * b * table[size, size]
+    return low + f * (table[i + 1, j] + g * (table[i + 1, j + 1] - table[i + 1, j]) - low)
+
+
+@kernel
+def _far_tile(table, i, f, a, j, g, b):
+    """Sum of the tiled grain up to a place a and b tiles beyond the first."""
+    size = table.shape[0] - 1
+    total = _bilinear(table, i, f, j, g)
+    total += a * (table[size, j] + g * (table[size, j + 1] - table[size, j]))
+    return (
+        total + b * (table[i, size] + f * (table[i + 1, size] - table[i, size])) + a * b * table[size, size]
+    )
 
 
 @kernel
 def _grain(table, texel, s, d, width_s, width_d):
-    """Mean of the grain over a box, at least a texel wide so that it does not flicker when near."""
+    """Mean of the tiled grain over a box, at least a texel wide so that it does not flicker when near."""
     size = table.shape[0] - 1
-    wide, deep = max(1.0, width_s / texel), max(1.0, width_d / texel)
-    p, q = s / texel - 0.5 * wide, d / texel - 0.5 * deep
+    inv = 1.0 / texel
+    wide, deep = max(1.0, width_s * inv), max(1.0, width_d * inv)
+    p, q = s * inv - 0.5 * wide, d * inv - 0.5 * deep
     p, q = p - math.floor(p / size) * size, q - math.floor(q / size) * size
-    total = _sum_to(table, p + wide, q + deep) - _sum_to(table, p, q + deep)
-    total += _sum_to(table, p, q) - _sum_to(table, p + wide, q)
-    return total / (wide * deep)
+    i0, j0 = min(np.uint32(p), np.uint32(size - 1)), min(np.uint32(q), np.uint32(size - 1))
+    f0, g0 = np.float32(p - i0), np.float32(q - j0)
+    p, q = p + wide, q + deep
+    scale = np.float32(1.0 / (wide * deep))
+    if p < size and q < size:  # within one tile
+        i1, j1 = np.uint32(p), np.uint32(q)
+        f1, g1 = np.float32(p - i1), np.float32(q - j1)
+        total = _bilinear(table, i1, f1, j1, g1) - _bilinear(table, i0, f0, j1, g1)
+        return scale * (total + _bilinear(table, i0, f0, j0, g0) - _bilinear(table, i1, f1, j0, g0))
+    a, b = math.floor(p / size), math.floor(q / size)
+    p, q = p - a * size, q - b * size
+    i1, j1 = min(np.uint32(p), np.uint32(size - 1)), min(np.uint32(q), np.uint32(size - 1))
+    f1, g1 = np.float32(p - i1), np.float32(q - j1)
+    total = _far_tile(table, i1, f1, a, j1, g1, b) - _far_tile(table, i0, f0, 0.0, j1, g1, b)
+    total += _far_tile(table, i0, f0, 0.0, j0, g0, 0.0) - _far_tile(table, i1, f1, a, j0, g0, 0.0)
+    return np.float32(scale * total)
 
 
 @kernel
@@ -135,7 +150,7 @@ def _add_street(weight, s, width_s, across, along, start, texel, out):
     out[4] += np.float32(weight * marks)
 
 
-@kernel
+@inlined
 def _crossing_low(s, d, su, sv, du, dv, layout, tables, work):
     """Carriageways of two crossing streets: their own surfaces on the arms, plain asphalt between them."""
     along, low, _, _, side_along, side_low, paint, plain = tables
@@ -168,7 +183,7 @@ def _crossing_low(s, d, su, sv, du, dv, layout, tables, work):
             work[4] += np.float32(shade * _within(paint[k, 3], paint[k, 4], other, other_width))
 
 
-@kernel
+@inlined
 def ground_at(x, y, xu, xv, yu, yv, camera, lower, layout, tables, work):
     """Fill ``work``: 0 what share of the pixel is ground (the rest is a kerb's face), 1-3 albedo, 4 paint, 5 grain.
 
@@ -193,7 +208,7 @@ def ground_at(x, y, xu, xv, yu, yv, camera, lower, layout, tables, work):
     su, sv = (tx * xu + ty * yu) * stretch, (tx * xv + ty * yv) * stretch
     du, dv = tx * yu - ty * xu, tx * yv - ty * xv
     width_s, width_d = _spread(su, sv), _spread(du, dv)
-    work[5] = np.float32(_grain(grain, layout[6], s, d, width_s, width_d))
+    work[5] = _grain(grain, layout[6], s, d, width_s, width_d)
     if crossed:
         _crossing_low(s, d, su, sv, du, dv, layout, tables, work)
     elif abs(d) - 0.5 * width_d < kerb:
