@@ -6,7 +6,7 @@ import numpy as np
 
 from pedcross_env.camera.kernels.ground_free import draw_ground_and_sky_freely, shadow_bounds
 from pedcross_env.camera.kernels.mirror_tilted import mirror_in_road_tilted
-from pedcross_env.camera.kernels.street_profile import WORK_SIZE
+from pedcross_env.camera.kernels.street_profile import STREET_ROWS, WORK_SIZE
 from pedcross_env.camera.layout import GroundTables
 from pedcross_env.camera.pinhole import CameraPose
 
@@ -38,9 +38,10 @@ def draw_ground_freely(
     optics = (pose.focal_px, pose.cx, pose.cy)
     bounds = np.zeros((len(shadows[0]) + len(shadows[2]), 4), np.int64)
     shadow_bounds(shadows[1], shadows[2], pose.rotation, pose.origin, optics, size, bounds)
+    works = (np.zeros(WORK_SIZE, np.float32), np.empty((STREET_ROWS, pose.width_px), np.float32))
     draw_ground_and_sky_freely(
         pose.rotation, pose.origin, env, ground.layout, ground.tables, shadows, bounds, lights, optics, xs, size, frame,
-        np.zeros(WORK_SIZE, np.float32), buf,
+        works, buf,
     )  # fmt: skip
 
 

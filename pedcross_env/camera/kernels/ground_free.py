@@ -27,7 +27,7 @@ from pedcross_env.camera.kernels.lighting import (
     sky_radiance,
 )  # fmt: skip
 from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus, fill_row
-from pedcross_env.camera.kernels.street_profile import ground_at
+from pedcross_env.camera.kernels.street_profile import grain_of_row, ground_at, place_on_street
 
 __all__ = ["draw_ground_and_sky_freely", "shadow_bounds"]
 
@@ -310,7 +310,7 @@ def _sky_row(row, yn, rotation, env, optics, xs, a, b, free, frame, buf):
 
 @kernel
 def _ground_row(
-    row, yn, camera, env, layout, tables, shadows, bounds, lights, optics, xs, a, b, free, frame, work, buf
+    row, yn, camera, env, layout, tables, shadows, bounds, lights, optics, xs, a, b, free, frame, works, buf
 ):
     """Ground between columns a and b of a row that ``_place_row`` has placed."""
     out, weight, depth_inverse, ids = frame
@@ -322,26 +322,21 @@ def _ground_row(
     if env[ENV_LAMP] > 0 or env[ENV_BEAM] > 0:
         _light_row(lights, env, yn, optics, xs, a, b, buf)
     lower = max(0.02, 1.0 - layout[1] / camera[2])  # the kerb's plane seen from the same place
+    work, street = works
+    n = b - a
+    place_on_street(buf[X : YV + 1, a:b], layout, street[:, :n])
+    grain_of_row(tables[3], layout[6], street[:, :n], free[a:b], buf[GRAIN, a:b])
     for i in range(a, b):
         if free[i] > np.float32(1e-4) and buf[SHARE, i] > F0:
             ground_at(
-                buf[X, i],
-                buf[Y, i],
-                buf[XU, i],
-                buf[XV, i],
-                buf[YU, i],
-                buf[YV, i],
-                camera,
-                lower,
-                layout,
-                tables,
-                work,
-            )
+                buf[X, i], buf[Y, i], buf[XU, i], buf[XV, i], buf[YU, i], buf[YV, i], street, i - a, camera, lower, layout,
+                tables, work,
+            )  # fmt: skip
             for c in range(3):
                 buf[RED + c, i] = work[1 + c]
-            buf[COVER, i], buf[MARKS, i], buf[GRAIN, i] = work[0], work[4], work[5]
+            buf[COVER, i], buf[MARKS, i] = work[0], work[4]
         else:
-            for k in range(RED, GRAIN + 1):
+            for k in range(RED, GRAIN):
                 buf[k, i] = F0
     sine = max(0.0, env[0] * env[ENV_UP] + env[1] * env[ENV_UP + 1] + env[2] * env[ENV_UP + 2])
     dark = np.float32(1.0 - 0.45 * env[ENV_WET])
@@ -360,7 +355,7 @@ def _ground_row(
 
 @kernel
 def draw_ground_and_sky_freely(
-    rotation, camera, env, layout, tables, shadows, bounds, lights, optics, xs, size, frame, work, buf
+    rotation, camera, env, layout, tables, shadows, bounds, lights, optics, xs, size, frame, works, buf
 ):
     """Fill what objects left over, whatever the camera's rotation.
 
@@ -377,7 +372,7 @@ def draw_ground_and_sky_freely(
         xs: (W,) pixel centres.
         size: (height, width).
         frame: (out (C, H, W), alpha, weight, depth inverse, ids).
-        work: (WORK_SIZE,) float32 of kernels.street_profile.
+        works: (WORK_SIZE,) and (STREET_ROWS, >= W) float32 of kernels.street_profile.
         buf: (24, >= W) float32.
     """
     out, alpha, weight, depth_inverse, ids = frame
@@ -410,7 +405,7 @@ def draw_ground_and_sky_freely(
                 b,
                 free,
                 rest,
-                work,
+                works,
                 buf,
             )
         if least < F1:

@@ -14,13 +14,24 @@ import numpy as np
 from pedcross_env.camera.kernels.jit import inlined, kernel
 from pedcross_env.camera.kernels.rows import F0, F1
 
-__all__ = ["LAYOUT_SIZE", "L_CROSSED", "L_CURVE", "L_HIGH", "L_SIDE", "WORK_SIZE", "ground_at"]
+__all__ = [
+    "LAYOUT_SIZE",
+    "L_CROSSED",
+    "L_CURVE",
+    "L_HIGH",
+    "L_SIDE",
+    "STREET_ROWS",
+    "WORK_SIZE",
+    "grain_of_row",
+    "ground_at",
+    "place_on_street",
+]
 
 # 0 half carriageway, 1 kerb height, 2 along start, 3 along texel, 4 across low, 5 across texel, 6 grain texel;
 # curve: curvature, start, length, sine and cosine of the turn; crossed: 1 if so, x, half carriageway, corner radius;
 # side: along start, across low; high: across low of the table beyond the kerbs, half carriageway of the street that it is of
 L_CURVE, L_CROSSED, L_SIDE, L_HIGH, LAYOUT_SIZE = 7, 12, 16, 18, 20
-WORK_SIZE = 32  # 0 cover, 1-3 albedo, 4 marks, 5 grain; 8-15 and 16-23 look-ups
+WORK_SIZE, STREET_ROWS = 32, 8  # work: 0 cover, 1-3 albedo, 4 marks; 8-15 and 16-23 look-ups
 GUTTER_M = 0.3
 
 
@@ -183,9 +194,53 @@ def _crossing_low(s, d, su, sv, du, dv, layout, tables, work):
             work[4] += np.float32(shade * _within(paint[k, 3], paint[k, 4], other, other_width))
 
 
+@kernel
+def _widths(u, v, out):
+    for i in range(out.shape[0]):
+        out[i] = np.sqrt(u[i] * u[i] + v[i] * v[i])
+
+
+@kernel
+def _copy(source, out):
+    for i in range(out.shape[0]):
+        out[i] = source[i]
+
+
+@kernel
+def place_on_street(ground, layout, street):
+    """Turn a row's places and footprints on the ground to street coordinates.
+
+    Args:
+        ground: (6, n) x, y, and the change of x per column and row, of y per column and row.
+        layout: See the module.
+        street: (STREET_ROWS, n) filled: s, d, change of s per column and row, of d, root sum of squares of either pair.
+    """
+    if layout[L_CURVE] == 0.0:
+        for k in range(6):
+            _copy(ground[k], street[k])
+    else:
+        for i in range(street.shape[1]):
+            s, d, tx, ty, stretch = _street_place(ground[0, i] + 0.0, ground[1, i] + 0.0, layout)
+            street[0, i], street[1, i] = s, d
+            for k in range(2):
+                xk, yk = ground[2 + k, i], ground[4 + k, i]
+                street[2 + k, i], street[4 + k, i] = (tx * xk + ty * yk) * stretch, tx * yk - ty * xk
+    for k in range(2):
+        _widths(street[2 + 2 * k], street[3 + 2 * k], street[6 + k])
+
+
+@kernel
+def grain_of_row(table, texel, street, free, out):
+    """Fill the grain of a row's pixels where something is left free."""
+    for i in range(out.shape[0]):
+        out[i] = F0
+        if free[i] > np.float32(1e-4):
+            out[i] = _grain(table, texel, street[0, i], street[1, i], street[6, i], street[7, i])
+
+
 @inlined
-def ground_at(x, y, xu, xv, yu, yv, camera, lower, layout, tables, work):
-    """Fill ``work``: 0 what share of the pixel is ground (the rest is a kerb's face), 1-3 albedo, 4 paint, 5 grain.
+def ground_at(x, y, xu, xv, yu, yv, street, i, camera, lower, layout, tables, work):
+    """Fill ``work``: 0 what share of the pixel is ground (the rest is a kerb's face), 1-3 albedo, 4 paint.
 
     Args:
         x: World, on the road's plane.
@@ -194,26 +249,24 @@ def ground_at(x, y, xu, xv, yu, yv, camera, lower, layout, tables, work):
         xv: See xu.
         yu: See xu.
         yv: See xu.
+        street: From ``place_on_street``.
+        i: Which of its columns.
         camera: (3,).
         lower: The same pixel's place on the kerb's plane is camera + lower * (place - camera).
         layout: See the module.
         tables: See the module.
         work: (WORK_SIZE,) float32.
     """
-    along, low, high, grain = tables[0], tables[1], tables[2], tables[3]
-    for k in range(6):
+    along, low, high = tables[0], tables[1], tables[2]
+    for k in range(5):
         work[k] = F0
     kerb, crossed = layout[0], layout[L_CROSSED] > 0.0
-    s, d, tx, ty, stretch = _street_place(x + 0.0, y + 0.0, layout)
-    su, sv = (tx * xu + ty * yu) * stretch, (tx * xv + ty * yv) * stretch
-    du, dv = tx * yu - ty * xu, tx * yv - ty * xv
-    width_s, width_d = _spread(su, sv), _spread(du, dv)
-    work[5] = _grain(grain, layout[6], s, d, width_s, width_d)
+    s, d = street[0, i], street[1, i]
     if crossed:
-        _crossing_low(s, d, su, sv, du, dv, layout, tables, work)
-    elif abs(d) - 0.5 * width_d < kerb:
-        _mean_across(low, layout[4], layout[5], d, width_d, work[8:16])
-        _add_street(1.0, s, width_s, work[8:16], along, layout[2], layout[3], work)
+        _crossing_low(s, d, street[2, i], street[3, i], street[4, i], street[5, i], layout, tables, work)
+    elif abs(d) - 0.5 * street[7, i] < kerb:
+        _mean_across(low, layout[4], layout[5], d, street[7, i], work[8:16])
+        _add_street(1.0, s, street[6, i], work[8:16], along, layout[2], layout[3], work)
     # sidewalks, on the kerb's plane
     s, d, tx, ty, stretch = _street_place(
         camera[0] + lower * (x - camera[0]), camera[1] + lower * (y - camera[1]), layout
