@@ -24,6 +24,7 @@ from pedcross_env.camera.scenery import (
     grain_integral,
     scenery_of,
 )
+from pedcross_env.camera.snow import snowed
 from pedcross_env.contracts import StaticClass
 from pedcross_env.scenario.layout import side_street, to_world
 from pedcross_env.scenario.street import StreetSpec
@@ -375,10 +376,10 @@ def _side_furniture(
 
 
 def _stop_lines(street: StreetSpec) -> np.ndarray:
-    """(M, 5) rectangles of paint on the approaches' own lanes: main or side street, s range, d range."""
+    """(M, 6) rectangles of paint on the approaches' own lanes: main or side street, s range, d range, strength."""
     crossing = street.intersection
     if crossing is None or not crossing.stop_lines:
-        return np.zeros((0, 5))
+        return np.zeros((0, 6))
     rows = []
     for which, own, other, middle in (
         (0.0, street, crossing.kerb_m, crossing.x_m),
@@ -386,20 +387,20 @@ def _stop_lines(street: StreetSpec) -> np.ndarray:
     ):
         away = other + crossing.corner_radius_m + crossing.crosswalk_width_m + STOP_GAP_M
         lanes = own.lanes_per_direction * own.lane_width_m
-        rows.append([which, middle - away - STOP_WIDTH_M, middle - away, -lanes + 0.1, -0.1])
-        rows.append([which, middle + away, middle + away + STOP_WIDTH_M, 0.1, lanes - 0.1])
+        rows.append([which, middle - away - STOP_WIDTH_M, middle - away, -lanes + 0.1, -0.1, 1.0])
+        rows.append([which, middle + away, middle + away + STOP_WIDTH_M, 0.1, lanes - 0.1, 1.0])
     return np.array(rows)
 
 
-def _albedo(scenery: Scenery, low_m: float, high_m: float) -> np.ndarray:
+def _albedo(low: np.ndarray, across_low_m: float, low_m: float, high_m: float) -> np.ndarray:
     """Mean albedo (3,) of the carriageway between two distances left of the centre line."""
-    i, j = (round((d - scenery.across_low) / ACROSS_TEXEL_M) for d in (low_m, high_m))
-    return (scenery.low[j, 1:4] - scenery.low[i, 1:4]) / np.float32(j - i)
+    i, j = (round((d - across_low_m) / ACROSS_TEXEL_M) for d in (low_m, high_m))
+    return (low[j, 1:4] - low[i, 1:4]) / np.float32(j - i)
 
 
 @lru_cache(maxsize=8)
-def ground_tables(street: StreetSpec) -> GroundTables:
-    """Return what the general ground kernel needs of a street of any layout."""
+def ground_tables(street: StreetSpec, snow_cover: float = 0.0) -> GroundTables:
+    """Return what the general ground kernel needs of a street of any layout, under lying snow where there is some."""
     straight = street.straightened()
     main = scenery_of(straight)
     crossing = street.intersection
@@ -420,12 +421,20 @@ def ground_tables(street: StreetSpec) -> GroundTables:
     # the street with the wider sidewalk paves the corners: what it has beyond its fronts is behind houses
     wide, scenery = (straight, main) if straight.sidewalk_width_m >= other.sidewalk_width_m else (other, side)
     layout[L_HIGH : L_HIGH + 2] = scenery.across_low, wide.kerb_y_m
-    lanes = street.lanes_per_direction * street.lane_width_m
-    plain = np.stack(
-        [_albedo(main, -lanes, lanes), _albedo(main, street.kerb_y_m - 0.28, street.kerb_y_m - 0.02)]
+    low, high, side_low = (
+        snowed(table, own.across_low, ACROSS_TEXEL_M, spec, snow_cover)
+        for table, own, spec in (
+            (main.low, main, straight),
+            (scenery.high, scenery, wide),
+            (side.low, side, other),
+        )
     )
+    lanes = street.lanes_per_direction * street.lane_width_m
+    gutter = street.kerb_y_m - 0.28, street.kerb_y_m - 0.02
+    plain = np.stack([_albedo(low, main.across_low, *span) for span in ((-lanes, lanes), gutter)])
+    paint = _stop_lines(street)
+    paint[:, 5] *= 1.0 - snow_cover
     tables = (
-        main.along, main.low, scenery.high, grain_integral(), side.along, side.low, _stop_lines(street),
-        np.ascontiguousarray(plain, dtype=np.float32),
+        main.along, low, high, grain_integral(), side.along, side_low, paint, np.ascontiguousarray(plain, dtype=np.float32),
     )  # fmt: skip
     return GroundTables(layout, tables)

@@ -103,7 +103,8 @@ class Renderer:
         """
         self._scenery = scenery_for(street)
         turned = abs(self.config.yaw_deg) > MOST_YAW_DEG or self.config.roll_deg != 0
-        self._free = ground_tables(street) if free_heading or turned or not street.straight else None
+        free = free_heading or turned or not street.straight
+        self._free = ground_tables(street, weather.snow_cover) if free else None
         self._light = light_of(weather)
         self._weather, self._street = weather, street
         self._tree_shadows = tree_shadow_capsules(self._scenery.tree_shadows, self._light.sun_direction)

@@ -45,7 +45,9 @@ def ground_under(pose, u, v):
 
 
 @pytest.mark.parametrize(
-    "weather", [Weather(), NIGHT, Weather(visibility_m=60.0)], ids=["day", "night", "fog"]
+    "weather",
+    [Weather(), NIGHT, Weather(visibility_m=60.0), Weather(snow_cover=0.8)],
+    ids=["day", "night", "fog", "snow"],
 )
 def test_a_straight_street_looks_the_same_by_either_kernel(weather):
     scene = snapshot(vehicle(4, 14, -4.6), pedestrian(5, 12, -1.0), vehicle(6, 30, 1.75, yaw=math.pi))

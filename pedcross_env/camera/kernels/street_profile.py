@@ -2,7 +2,7 @@
 
 ``layout`` is the vector of L_* below. ``tables`` is (along, low, high, grain, side along, side low, paint, plain): running integrals of
 ``scenery`` along and across the main street, the grain's summed area table, those of the side street, rectangles of paint
-(M, 5): 0 main or 1 side street, s range, d range; and the colours of asphalt and gutter between the streets (2, 3).
+(M, 6): 0 main or 1 side street, s range, d range, strength; and the colours of asphalt and gutter between the streets (2, 3).
 """
 
 from __future__ import annotations
@@ -189,7 +189,7 @@ def _crossing_low(s, d, su, sv, du, dv, layout, tables, work):
         own, own_width, other, other_width = s, width_s, d, width_d
         if paint[k, 0] > 0:
             own, own_width, other, other_width = d, width_d, middle - s, width_s
-        shade = _within(paint[k, 1], paint[k, 2], own, own_width)
+        shade = paint[k, 5] * _within(paint[k, 1], paint[k, 2], own, own_width)
         if shade > 0.0:
             work[4] += np.float32(shade * _within(paint[k, 3], paint[k, 4], other, other_width))
 
