@@ -44,6 +44,7 @@ from pedcross_env.camera.scenery import (
     tree_shadow_capsules,
 )  # fmt: skip
 from pedcross_env.camera.snow import snowed
+from pedcross_env.camera.tunnel import Tunnel, cleared
 from pedcross_env.camera.vehicles import PAINTS
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import ActorKind, Frame, Snapshot
@@ -102,6 +103,10 @@ class Renderer:
                 by a quicker kernel, which is chosen here and never changed while driving: a change would be seen.
         """
         self._scenery = scenery_for(street)
+        self._tunnel = None
+        if weather.tunnel_exit_m > -math.inf and street.straight:
+            self._tunnel = Tunnel(street, weather.tunnel_exit_m)
+            self._scenery = cleared(self._scenery, weather.tunnel_exit_m)
         turned = abs(self.config.yaw_deg) > MOST_YAW_DEG or self.config.roll_deg != 0
         free = free_heading or turned or not street.straight
         self._free = ground_tables(street, weather.snow_cover) if free else None
@@ -174,7 +179,8 @@ class Renderer:
         optics, rotation, camera = (pose.focal_px, pose.cx, pose.cy), pose.rotation, pose.origin
         v = self._vehicles
         planes = (out, self._alpha, self._nearest, self._weight, depth, ids)
-        owners = not luminance_only or self._weather.wetness > 0  # a wet road mirrors by depth
+        # A wet road mirrors, and a tunnel hides, by depth.
+        owners = not luminance_only or self._weather.wetness > 0 or self._tunnel is not None
         draw_scene(
             numbers, idents, looks, builds, BODY_CAPSULES,
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
@@ -196,6 +202,8 @@ class Renderer:
         self._mirror_in_road(pose, out, depth, ids)
         luminance = np.empty(shape, np.float32)
         finish_frame(out, depth, luminance)
+        if self._tunnel is not None:
+            self._tunnel.enclose(out, luminance, depth, ids, pose, light)
         self._glare.add(out, luminance, self._alpha, pose, self._light)
         frame = Frame(luminance, out, depth, ids, light.airlight)
         if luminance_only:

@@ -61,6 +61,8 @@ _PRESETS = (
     make_weather(name="sunset", cloudiness=0.1, sun_altitude_deg=6.0, sun_azimuth_deg=20.0),
     # Straight over the end of the street: glare.
     make_weather(name="low_sun", cloudiness=0.05, sun_altitude_deg=7.0, sun_azimuth_deg=3.0),
+    # Out of the dark into the sun; whoever crosses stands in the light, or in front of it.
+    make_weather(name="tunnel_exit", cloudiness=0.05, tunnel_exit_m=30.0, headlights=True),
     make_weather(name="rain", cloudiness=0.95, rain_mm_h=12.0, wind_mps=4.0, headlights=True),
     # Violent rain under thunderclouds; the visibility is that of mist and spray, rain comes on top.
     make_weather(name="storm", cloudiness=1.0, rain_mm_h=60.0, wind_mps=15.0, sun_altitude_deg=12.0,

@@ -31,6 +31,7 @@ class Weather:
         sun_altitude_deg: -90..90; below -6 it is night.
         sun_azimuth_deg: Direction to the sun, from +x towards +y.
         street_lamps: Whether street lamps are lit.
+        tunnel_exit_m: Where along a straight street a tunnel ends from which the ego comes; -inf: there is none.
         headlights: Whether cars, the ego too, have their low beams on.
         friction: Highest braking deceleration over g.
     """
@@ -49,6 +50,7 @@ class Weather:
     sun_altitude_deg: float = 45.0
     sun_azimuth_deg: float = 60.0
     street_lamps: bool = False
+    tunnel_exit_m: float = -math.inf
     headlights: bool = False
     friction: float = 0.85
 
@@ -65,6 +67,7 @@ class Weather:
         require(0 <= self.cloudiness <= 1, "cloudiness", self.cloudiness, "0 to 1")
         require(abs(self.wind_mps) <= 60, "wind_mps", self.wind_mps, "-60 to 60")
         require(-90 <= self.sun_altitude_deg <= 90, "sun_altitude_deg", self.sun_altitude_deg, "-90 to 90")
+        require(self.tunnel_exit_m < 1e4, "tunnel_exit_m", self.tunnel_exit_m, "below 10,000 (-inf: no tunnel)")
         require(0.03 <= self.friction <= 1.2, "friction", self.friction, "0.03 to 1.2")
 
     @property

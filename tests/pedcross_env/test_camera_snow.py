@@ -37,6 +37,15 @@ def test_more_lying_snow_is_a_brighter_ground() -> None:
     assert levels[-1] > 3 * levels[0]
 
 
+def test_a_turned_camera_sees_the_same_snow() -> None:
+    """Its ground is drawn by another kernel."""
+    levels = []
+    for roll in (0.0, 0.01):
+        frame = renderer(Weather(**OVERCAST, snow_cover=0.8), roll_deg=roll).render(snapshot())
+        levels.append(frame.luminance[frame.instance == StaticClass.GROUND].mean())
+    assert levels[1] == pytest.approx(levels[0], rel=0.02)
+
+
 @pytest.mark.parametrize("kind", ["snow_mm_h", "rain_mm_h"])
 def test_headlights_light_what_falls_before_them(kind: str) -> None:
     weather = Weather(**{kind: 5.0}, sun_altitude_deg=-30.0, headlights=True)
