@@ -15,6 +15,8 @@ from pedcross_env.camera.kernels.rows import F0, F1, HALF, nearness
 
 __all__ = ["draw_capsule"]
 
+MEAN_NZ = np.float32(-0.7854)  # of a cylinder's front over its width: -pi / 4
+
 
 @kernel
 def _span(u0, v0, q0, u1, v1, q1, row, a, b):
@@ -36,10 +38,23 @@ def _span(u0, v0, q0, u1, v1, q1, row, a, b):
 
 
 @kernel
+def _mean_light(seg, sun, head):
+    """Fill seg[11] and seg[12] with the mean cosines to ``sun`` and ``head`` over the width of a cylinder that is seen."""
+    length = np.sqrt(seg[2] * seg[2] + seg[3] * seg[3])
+    ex, ey = (-seg[3] / length, seg[2] / length) if length > np.float32(1e-3) else (F1, F0)
+    seg[11] = seg[12] = F0
+    for k in range(8):
+        across = np.float32(0.25) * np.float32(k) - np.float32(0.875)
+        nz = -np.sqrt(F1 - across * across)
+        seg[11] += np.float32(0.125) * max(F0, (sun[0] * ex + sun[1] * ey) * across + sun[2] * nz)
+        seg[12] += np.float32(0.125) * max(F0, (head[0] * ex + head[1] * ey) * across + head[2] * nz)
+
+
+@kernel
 def _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse):
     """Shade and unite one row; see ``draw_capsule`` and ``rows.merge_row``.
 
-    seg: u0, v0, du, dv, 1 / length^2, r0, dr (pixels), 1/z0, its slope, radius in metres, 1 if layered.
+    seg: u0, v0, du, dv, 1 / length^2, r0, dr (pixels), 1/z0, its slope, radius in metres, 1 if layered, mean cosines (2).
     """
     u0, du, dv, inv, r0, dr = seg[0], seg[2], seg[3], seg[4], seg[5], seg[6]
     dy = np.float32(row) + HALF - seg[1]
@@ -69,6 +84,11 @@ def _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse):
             continue
         cos_sun = max(F0, sun[0] * nx + sun[1] * ny + sun[2] * nz)
         cos_head = max(F0, head[0] * nx + head[1] * ny + head[2] * nz)
+        point = max(
+            F0, min(F1, r - HALF)
+        )  # what a pixel sees whole has the mean light of its width, not its centre's
+        cos_sun, cos_head = seg[11] + point * (cos_sun - seg[11]), seg[12] + point * (cos_head - seg[12])
+        nx, ny, nz = point * nx, point * ny, MEAN_NZ + point * (nz - MEAN_NZ)
         total = min(F1, a + old)
         front = near * a + (F1 - near) * (total - old)
         back = near * min(F1, (F1 - a) / max(old, np.float32(1e-6))) + (F1 - near)
@@ -98,7 +118,7 @@ def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch,
         optics: (focal, cx, cy).
         size: (height, width).
         scratch: (planes, alpha, inverse depth).
-        seg: (11,) float32 work space; the last is 1 where primitives are drawn strictly front to back.
+        seg: (13,) float32 work space; [10] is 1 where primitives are drawn strictly front to back.
         spans: What the object covers, extended by ``grow``.
     """
     focal, cx, cy = optics
@@ -130,6 +150,7 @@ def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch,
     seg[5], seg[6] = q0, q1 - q0
     seg[7], seg[8] = 1 / z0, 1 / z1 - 1 / z0
     seg[9] = min(0.5 * (r0 + r1), 0.9 * min(z0, z1))
+    _mean_light(seg, sun, head)
     for row in range(row0, row1):
         f0, f1 = _span(u0, v0, q0, u1, v1, q1, row, a, b)
         if f1 > f0:

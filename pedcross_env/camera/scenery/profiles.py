@@ -27,7 +27,8 @@ def grain_integral() -> np.ndarray:
     size = 512
     frequency = np.hypot(np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)[None, :])
     grain = np.zeros((size, size))
-    for amplitude, cut, floor in ((0.12, 0.6, 0.2), (0.035, 0.10, 0.02), (0.045, 0.010, 0.002)):
+    # stones of a centimetre average out over a texel of 2.5: stronger fine grain would be events that no road makes
+    for amplitude, cut, floor in ((0.06, 0.6, 0.2), (0.035, 0.10, 0.02), (0.045, 0.010, 0.002)):
         spectrum = np.fft.rfft2(rng.standard_normal((size, size)))
         band = np.exp(-((frequency / cut) ** 2)) * (1 - np.exp(-((frequency / floor) ** 2)))
         layer = np.fft.irfft2(spectrum * band, s=(size, size))
