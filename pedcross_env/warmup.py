@@ -29,6 +29,7 @@ def compile_kernels(*, layouts: bool = False) -> None:
         env.reset(seed=0)
         env.step(np.zeros(1, np.float32))
         env.driver_view()
+        env.reset(seed=0, options={"weather": "tunnel_exit"})
         env.close()
     if layouts:
         ego = np.zeros((), ACTOR_DTYPE)
