@@ -336,6 +336,7 @@ def _laid_out(street: StreetSpec) -> Scenery:
         capsules, groups = np.concatenate([capsules, more[0]]), np.concatenate([groups, groups_2])
         lamps, crowns = np.concatenate([lamps, more[2]]), np.concatenate([crowns, more[3]])
     placed = np.concatenate([_bent(panels, street), beside])
+    placed[:, 29] = 1.0  # fronts of all streets may share pixels where they meet
     ground, frame = _lamp_map(lamps, placed)
     return replace(
         main, panels=placed, capsules=capsules, groups=groups, lamps=lamps, ground_lamp_map=ground, ground_frame=frame,

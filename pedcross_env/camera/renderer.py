@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pedcross_env.camera.assets import BODY_CAPSULES, clothing
-from pedcross_env.camera.free import draw_ground_freely, mirror_tilted
+from pedcross_env.camera.free import draw_ground_freely, mirror_tilted, nearest_first
 from pedcross_env.camera.glare import Glare
 from pedcross_env.camera.kernels import lighting as env_at
 from pedcross_env.camera.kernels.finish import finish_frame, mirror_in_road
@@ -181,10 +181,11 @@ class Renderer:
         planes = (out, self._alpha, self._nearest, self._weight, depth, ids)
         # A wet road mirrors, and a tunnel hides, by depth.
         owners = not luminance_only or self._weather.wetness > 0 or self._tunnel is not None
+        panels = scenery.panels if self._street.straight else nearest_first(scenery.panels, camera)
         draw_scene(
             numbers, idents, looks, builds, BODY_CAPSULES,
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
-            self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
+            self._materials, scenery.capsules, scenery.groups, panels, (self._front_maps, scenery.map_frame, self._crowns),
             rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], planes, owners, self._buf,
         )  # fmt: skip
         polygons, info, capsules = self._shadows(numbers, idents, builds, snapshot.ego, camera, light)

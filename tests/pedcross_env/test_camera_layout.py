@@ -207,3 +207,19 @@ def test_depth_is_right_under_roll_pitch_and_a_turned_mount():
     for row, column in list(zip(rows, columns, strict=True))[::97]:
         expected = ground_under(pose, column + 0.5, row + 0.5)[2]
         assert frame.depth[row, column] == pytest.approx(expected, rel=1e-4)
+
+
+def test_nothing_shines_through_where_two_pieces_of_a_front_meet():
+    street = StreetSpec(seed=1, curvature_per_m=-1 / 40, curve_start_x_m=30.0, curve_length_m=45.0)
+    x, y, heading = (float(v) for v in to_world(street, 45.0, -1.75))
+    fine, coarse = (
+        camera_on(street, width_px=160 * k, height_px=90 * k, horizontal_fov_deg=90.0).render(
+            ego_at(x, y, heading)
+        )
+        for k in (4, 1)
+    )
+    mean = fine.luminance.reshape(90, 4, 160, 4).mean(axis=(1, 3))
+    wall = ndimage.binary_erosion(coarse.instance == StaticClass.BUILDING, np.ones((5, 5)))
+    assert np.median(np.abs(coarse.luminance / mean - 1)[wall]) < 0.01
+    columns = np.median(np.where(wall, coarse.luminance / mean, np.nan)[8:40], axis=0)[5:60]
+    assert np.nanmax(np.abs(columns - 1)) < 0.08

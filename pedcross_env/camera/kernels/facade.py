@@ -27,9 +27,10 @@ __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 # a panel: 0-2 origin, 3-5 axis along it, 6 length, 7 height, 8-10 wall albedo, 11 bay, 12 storey, 13 window share of the
 # bay, 14 of the storey, 15 sill height share, 16 seed, 17 base height above the ground, 18 trim albedo factor,
 # 19 height of the ground floor, 20 its bay, 21 its windows' share of the bay, 22-23 their sill and lintel, 24 its albedo factor,
-# 25 where the cornice starts, 26 which map of lamp light, 27 where on it the panel starts, 28 how it runs along it per metre;
+# 25 where the cornice starts, 26 which map of lamp light, 27 where on it the panel starts, 28 how it runs along it per metre,
+# 29 which row of houses it unites with, 0 or 1;
 # a bay of 0: a plain wall
-PANEL_SIZE = 29
+PANEL_SIZE = 30
 CHUNK = 480  # pixels worked on at a time: fits the first-level caches
 LIT_SHARE = np.float32(0.22)  # of windows at night
 INV_PI = np.float32(1 / math.pi)

@@ -482,7 +482,7 @@ def draw_scene(
             _put(scratch, spans, int(groups[k - n, 6]), env, air, frame, owners, buf)
     for side in range(2):  # the two rows of houses apart: their bounding boxes leave out the street
         for i in range(panels.shape[0]):
-            if (panels[i, 1] > 0) == (side == 1):
+            if panels[i, 29] == side:
                 draw_panel(
                     panels[i],
                     rotation,

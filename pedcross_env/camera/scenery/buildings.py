@@ -25,7 +25,7 @@ def _panel(
     panel[:8] = x, y, z, ax, ay, 0.0, length, height
     panel[8:11] = wall
     panel[12], panel[17], panel[18], panel[24] = 3.0, z, 1.25, 1.0
-    panel[26:29] = float(y > 0), x, ax
+    panel[26:30] = float(y > 0), x, ax, float(y > 0)
     return panel
 
 
