@@ -24,7 +24,7 @@ from pedcross_env.camera.kernels.lighting import (
     head_irradiance,
     light_field,
 )  # fmt: skip
-from pedcross_env.camera.kernels.polygons import draw_polyhedron, fineness, polyhedron_work
+from pedcross_env.camera.kernels.polyhedra import draw_polyhedron, fineness, polyhedron_work
 from pedcross_env.camera.kernels.pose import BODY_JOINTS, pose_body
 from pedcross_env.camera.kernels.rows import composite_row
 
