@@ -60,6 +60,7 @@ ACTOR_DTYPE = np.dtype(
         ("gait_stride", "<f8"),  # length of one cycle, m; 0 = standing
         ("head_yaw", "<f8"),  # relative to the body
         ("brake_light", "<f8"),  # 0..1
+        ("accessory", "<i4"),  # index into ACCESSORIES of pedcross_env.scenario; 0: what the seed gives
         ("headlight", "<f8"),  # 0 off, 1 low beam, 2 (of the ego) high beam
     ]
 )

@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.assets import BODY_CAPSULES, clothing
 from pedcross_env.camera.free import draw_ground_freely, mirror_tilted, nearest_first
 from pedcross_env.camera.glare import Glare
 from pedcross_env.camera.kernels import lighting as env_at
 from pedcross_env.camera.kernels.finish import finish_frame, mirror_in_road
 from pedcross_env.camera.kernels.ground import draw_ground_and_sky
+from pedcross_env.camera.kernels.people import MAX_BODY, PART_SIZE
+from pedcross_env.camera.kernels.pose import BUILD_SIZE
 from pedcross_env.camera.kernels.scene import draw_scene
 from pedcross_env.camera.kernels.shadows import (
     CAPSULES_PER_ACTOR,
@@ -31,6 +32,7 @@ from pedcross_env.camera.light import (
     low_beam_table,
 )
 from pedcross_env.camera.models import material_table, model_table
+from pedcross_env.camera.people import person_of
 from pedcross_env.camera.pinhole import CameraPose, camera_pose, project
 from pedcross_env.camera.profiles import bands_of, stripes_of
 from pedcross_env.camera.scenery import (
@@ -49,6 +51,7 @@ from pedcross_env.camera.vehicles import PAINTS
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import ActorKind, Frame, Snapshot
 from pedcross_env.errors import ConfigError
+from pedcross_env.scenario.scenario import ACCESSORIES
 from pedcross_env.scenario.street import StreetSpec
 from pedcross_env.weather.weather import Weather
 
@@ -57,8 +60,6 @@ __all__ = ["Renderer"]
 LAMP_RANGE_M = 90.0
 CARRIED_M = 1.2  # how far bags, umbrellas and strollers reach beyond a body
 MOST_YAW_DEG = 6.0  # of the mount, for the ground kernel that works by rows
-# shoulder half width, hip half width, head scale (shares of the height), stoop in rad; adult, child, elderly
-BUILDS = np.array([[0.118, 0.052, 1.0, 0.0], [0.112, 0.050, 1.22, 0.0], [0.114, 0.054, 1.02, 0.16]])
 
 
 class Renderer:
@@ -87,7 +88,7 @@ class Renderer:
         self._tables = _beam_tables()
         self._table = self._tables[0]
         self._vehicles, self._materials = model_table(), material_table()
-        self._looks: dict[tuple[int, int, int], np.ndarray] = {}
+        self._looks: dict[tuple[int, int], np.ndarray] = {}
         self._mirror: tuple[dict[int, np.ndarray], tuple[np.ndarray, ...]] | None = None
         self._scenery: Scenery | None = None
         self._free: GroundTables | None = None
@@ -171,7 +172,7 @@ class Renderer:
         depth, ids = np.zeros(shape, np.float32), np.zeros(shape, np.int32)
         for plane in (self._alpha, self._nearest, self._weight):
             plane[:] = 0
-        numbers, idents, looks, builds = self._actor_arrays(snapshot.actors)
+        numbers, idents, looks, builds, bodies = self._actor_arrays(snapshot.actors)
         env = self._environment(pose, snapshot.ego, light)
         lamps = self._lamps(pose, scenery, light)
         beams = self._beams(pose, snapshot.actors, light)
@@ -183,7 +184,7 @@ class Renderer:
         owners = not luminance_only or self._weather.wetness > 0 or self._tunnel is not None
         panels = scenery.panels if self._street.straight else nearest_first(scenery.panels, camera)
         draw_scene(
-            numbers, idents, looks, builds, BODY_CAPSULES,
+            numbers, idents, looks, builds, bodies,
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
             self._materials, scenery.capsules, scenery.groups, panels, (self._front_maps, scenery.map_frame, self._crowns),
             rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], planes, owners, self._buf,
@@ -260,7 +261,7 @@ class Renderer:
         v = self._vehicles
         xs = np.arange(shape[1], dtype=np.float32) + np.float32(0.5)
         draw_scene(
-            *self._actor_arrays(actor), BODY_CAPSULES,
+            *self._actor_arrays(actor),
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
             self._materials, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame, self._crowns),
             pose.rotation, pose.origin, self._environment(pose, snapshot.ego, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
@@ -300,23 +301,34 @@ class Renderer:
             )
         return self._mirror[0][channels], self._mirror[1]
 
-    def _actor_arrays(self, actors: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Turn records into the kernels' tables; appearance is drawn once per (kind, model, seed)."""
+    def _actor_arrays(
+        self, actors: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Turn records into the kernels' tables; appearance is drawn once per actor's looks."""
         n = len(actors)
         numbers, idents = np.empty((n, 14)), np.empty((n, 2), np.int64)
-        looks, builds = np.zeros((n, 8, 4)), np.zeros((n, 4))
+        looks, builds, bodies = (
+            np.zeros((n, 8, 4)),
+            np.zeros((n, BUILD_SIZE)),
+            np.zeros((n, MAX_BODY, PART_SIZE)),
+        )
         names = ("x", "y", "z", "yaw", "pitch", "model", "length", "width", "height", "gait_phase", "gait_stride", "head_yaw", "brake_light", "headlight")  # fmt: skip
         for k, name in enumerate(names):
             numbers[:, k] = actors[name]
         idents[:, 0], idents[:, 1] = actors["id"], actors["kind"]
         for i in range(n):
-            key = (int(actors["kind"][i]), int(actors["model"][i]), int(actors["seed"][i]))
-            if key not in self._looks:
-                self._looks[key] = _look(*key)
-            looks[i] = self._looks[key]
-            if key[0] == ActorKind.PEDESTRIAN:
-                builds[i] = BUILDS[key[1]]
-        return numbers, idents, looks, builds
+            model, seed = int(actors["model"][i]), int(actors["seed"][i])
+            if idents[i, 1] == ActorKind.PEDESTRIAN:
+                accessory = ACCESSORIES[int(actors["accessory"][i])]
+                person = person_of(
+                    model, seed, float(actors["height"][i]), accessory, self._weather.rain_mm_h > 0
+                )
+                builds[i], bodies[i] = person.build, person.body
+                continue
+            if (model, seed) not in self._looks:
+                self._looks[model, seed] = _paint(model, seed)
+            looks[i] = self._looks[model, seed]
+        return numbers, idents, looks, builds, bodies
 
     def _shadows(
         self,
@@ -328,7 +340,7 @@ class Renderer:
         light: Light,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Cast the shadows of actors, the ego and the trees near by."""
-        own, own_ident, _, own_build = self._actor_arrays(ego.reshape(1))
+        own, own_ident, _, own_build, _ = self._actor_arrays(ego.reshape(1))
         numbers, kinds = np.concatenate([numbers, own]), np.concatenate([idents, own_ident])[:, 1]
         trees = self._tree_shadows[np.abs(self._tree_shadows[:, 0] - camera[0]) < 90.0]
         polygons = np.zeros((POLYGONS_PER_ACTOR * len(numbers), MAX_EDGES, 3))
@@ -426,10 +438,8 @@ def _beam(pose: CameraPose, vehicle: np.ndarray) -> np.ndarray:
     return np.concatenate(turn)
 
 
-def _look(kind: int, model: int, seed: int) -> np.ndarray:
-    """(8, 4) colours of an actor: clothing slots, or a vehicle's paint first."""
-    if kind == ActorKind.PEDESTRIAN:
-        return clothing(seed, model)
+def _paint(model: int, seed: int) -> np.ndarray:
+    """(8, 4) colours of a vehicle: its paint first."""
     look = np.zeros((8, 4))
     rng = np.random.default_rng([seed & 0xFFFFFFFF, model, 33])
     look[0, :3] = PAINTS[rng.integers(len(PAINTS))]

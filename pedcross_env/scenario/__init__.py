@@ -1,6 +1,7 @@
 """What happens: the street, who moves in it and when."""
 
 from pedcross_env.scenario.scenario import (
+    ACCESSORIES,
     PEDESTRIAN_MODELS,
     VEHICLE_MODELS,
     Leg,
@@ -11,6 +12,6 @@ from pedcross_env.scenario.scenario import (
 from pedcross_env.scenario.street import Crosswalk, Intersection, StreetSpec
 
 __all__ = [
-    "PEDESTRIAN_MODELS", "VEHICLE_MODELS", "Crosswalk", "Intersection", "Leg", "PedestrianSpec", "Scenario",
-    "StreetSpec", "VehicleSpec",
+    "ACCESSORIES", "PEDESTRIAN_MODELS", "VEHICLE_MODELS", "Crosswalk", "Intersection", "Leg", "PedestrianSpec",
+    "Scenario", "StreetSpec", "VehicleSpec",
 ]  # fmt: skip

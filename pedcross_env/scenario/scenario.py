@@ -9,11 +9,26 @@ from pedcross_env.config import require
 from pedcross_env.errors import unknown_name
 from pedcross_env.scenario.street import StreetSpec
 
-__all__ = ["PEDESTRIAN_MODELS", "VEHICLE_MODELS", "Leg", "PedestrianSpec", "Scenario", "VehicleSpec"]
+__all__ = [
+    "ACCESSORIES",
+    "PEDESTRIAN_MODELS",
+    "VEHICLE_MODELS",
+    "Leg",
+    "PedestrianSpec",
+    "Scenario",
+    "VehicleSpec",
+]
 
 VEHICLE_MODELS: list[str] = ["hatchback", "sedan", "suv", "van", "bus", "truck", "motorcycle", "bicycle"]
 """Names by index; ``pedcross_env.camera.models.register_vehicle`` appends to them."""
 PEDESTRIAN_MODELS = ("adult", "child", "elderly")
+ACCESSORIES = (
+    "", "none", "umbrella", "backpack", "handbag", "hi-vis", "stroller", "cane", "phone",
+)  # fmt: skip
+"""What a pedestrian wears or carries; "" leaves it to the seed.
+
+Umbrellas are up where it rains, else rolled in the hand.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,8 +59,11 @@ class PedestrianSpec:
     model: str = "adult"
     height_m: float = 1.75
     seed: int = 0
+    accessory: str = ""  # one of ACCESSORIES
 
     def __post_init__(self) -> None:
+        if self.accessory not in ACCESSORIES:
+            raise unknown_name("accessory", self.accessory, ACCESSORIES)
         if self.model not in PEDESTRIAN_MODELS:
             raise unknown_name("pedestrian model", self.model, PEDESTRIAN_MODELS)
         require(0.7 <= self.height_m <= 2.2, "PedestrianSpec.height_m", self.height_m, "0.7 to 2.2")

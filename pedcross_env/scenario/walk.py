@@ -37,13 +37,13 @@ def smoothstep(share: Any) -> Any:
     return s * s * (3.0 - 2.0 * s)
 
 
-def cadence_hz(speed_mps: float, height_m: float) -> float:
+def cadence_hz(speed_mps: float, height_m: float, model: str = "adult") -> float:
     """Gait cycles (two steps) per second at a speed.
 
     Step length over step rate is constant for free walking (the walk ratio): 0.70 m at 2.0 Hz, that is
-    1.4 m/s, for a height of 1.75 m; step length grows with height.
+    1.4 m/s, for a height of 1.75 m; step length grows with height. The elderly take shorter and quicker steps.
     """
-    walk_ratio = 0.35 * height_m / 1.75
+    walk_ratio = 0.35 * height_m / 1.75 * (0.85 if model == "elderly" else 1.0)
     return 0.5 * math.sqrt(speed_mps / walk_ratio)
 
 
@@ -86,7 +86,7 @@ class Walk:
         x, y, time, phase = spec.x_m, spec.y_m, 0.0, (spec.seed * 0.618033988749895) % 1.0
         ux, uy = math.cos(spec.yaw_rad), math.sin(spec.yaw_rad)
         speed = legs[0][0].speed_mps if legs and legs[0][1] == 0 else 0.0
-        cadence = cadence_hz(speed, spec.height_m)
+        cadence = cadence_hz(speed, spec.height_m, spec.model)
         rows: list[list[float]] = []
         departures: list[tuple[float, float]] = []
 
@@ -111,7 +111,7 @@ class Walk:
             cruise = leg.speed_mps
             if speed == 0.0 and stops:  # a leg too short to reach its speed is walked more slowly
                 cruise = min(cruise, 0.5 * distance / RAMP_S)
-            cruise_cadence = cadence_hz(cruise, spec.height_m)
+            cruise_cadence = cadence_hz(cruise, spec.height_m, spec.model)
             ramp = min(RAMP_S, 0.5 * distance / max(cruise, speed))
             ramp_in = ramp if abs(cruise - speed) > _TINY else 0.0
             ramp_out = ramp if stops else 0.0

@@ -6,7 +6,7 @@ import numpy as np
 
 from pedcross_env.config import EgoConfig
 from pedcross_env.contracts import ACTOR_DTYPE, ActorKind
-from pedcross_env.scenario.scenario import PEDESTRIAN_MODELS, VEHICLE_MODELS, Scenario
+from pedcross_env.scenario.scenario import ACCESSORIES, PEDESTRIAN_MODELS, VEHICLE_MODELS, Scenario
 from pedcross_env.scenario.sizes import pedestrian_size, vehicle_size
 from pedcross_env.world.ego import EgoState
 from pedcross_env.world.pedestrians import PedestrianPoses
@@ -48,7 +48,7 @@ class ActorRecords:
             record["length"], record["width"], record["height"] = vehicle_size(spec.model)
         for record, person in zip(self._actors[self._first_pedestrian :], pedestrians, strict=True):
             record["kind"], record["model"] = ActorKind.PEDESTRIAN, PEDESTRIAN_MODELS.index(person.model)
-            record["seed"] = person.seed
+            record["seed"], record["accessory"] = person.seed, ACCESSORIES.index(person.accessory)
             record["length"], record["width"], record["height"] = pedestrian_size(person.height_m)
         self._actors["headlight"][self._movers] = float(headlights)
         self._ego = np.zeros((), dtype=ACTOR_DTYPE)

@@ -16,6 +16,8 @@ __all__ = ["PedestrianPoses", "Pedestrians"]
 
 _GLANCE_EASE_S = 0.3
 _GLANCE_HALF_S = 0.6
+_GLANCE_BACK_S = 1.5  # after looking to the near lane, to the far one
+_GLANCE_BACK_SHARE = 0.8  # of the angle
 _GLANCE_LIMIT_RAD = 1.2  # how far a head turns
 _GLANCE_SHARE = 0.6  # 58.9 % look in the last second before they cross (JAAD)
 _KERB_ZONE_M = 0.6  # who comes this near to the kerb from outside is about to cross, or seems to be
@@ -60,6 +62,11 @@ def _glance(walk: Walk, kerb_y_m: float) -> tuple[float, float, float]:
         _GLANCE_HALF_S,
         float(np.clip(wrap_angle(to_traffic - facing), -_GLANCE_LIMIT_RAD, _GLANCE_LIMIT_RAD)),
     )
+
+
+def _look(since_s: np.ndarray, half_s: np.ndarray) -> np.ndarray:
+    """Share to which a head is turned ``since_s`` after the middle of a glance that holds ``half_s`` to either side."""
+    return smoothstep((half_s + _GLANCE_EASE_S - np.abs(since_s)) / _GLANCE_EASE_S) * (half_s > 0)
 
 
 def _padded(tables: list[np.ndarray], columns: int) -> np.ndarray:
@@ -108,6 +115,7 @@ class Pedestrians:
         turn = (self._turns[:, :, 0] <= time_s).sum(axis=1) - 1
         turn_start, before, angle, duration = self._turns[self._rows, turn].T
         middle, half, head = self._glances.T
+        there, back = _look(time_s - middle, half), _look(time_s - middle - _GLANCE_BACK_S, 0.5 * half)
         return PedestrianPoses(
             x=x + ux * travelled,
             y=y,
@@ -117,7 +125,7 @@ class Pedestrians:
             speed=speed,
             gait_phase=phase + elapsed * (cadence + 0.5 * rate * elapsed),
             gait_stride=np.where(walking, speed / np.where(walking, cadence_now, 1.0), 0.0),
-            head_yaw=head * smoothstep((half + _GLANCE_EASE_S - np.abs(time_s - middle)) / _GLANCE_EASE_S),
+            head_yaw=head * (there - _GLANCE_BACK_SHARE * back),
         )  # fmt: skip
 
     def table(self, times_s: np.ndarray) -> np.ndarray:

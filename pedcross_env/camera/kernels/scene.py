@@ -24,8 +24,8 @@ from pedcross_env.camera.kernels.lighting import (
     head_irradiance,
     light_field,
 )  # fmt: skip
+from pedcross_env.camera.kernels.people import draw_pedestrian, people_work
 from pedcross_env.camera.kernels.polyhedra import draw_polyhedron, fineness, polyhedron_work
-from pedcross_env.camera.kernels.pose import BODY_JOINTS, pose_body
 from pedcross_env.camera.kernels.rows import composite_row
 
 __all__ = ["draw_scene"]
@@ -96,50 +96,6 @@ def _sort(keys, order, count):
             order[j + 1] = order[j]
             j -= 1
         order[j + 1] = k
-
-
-@kernel
-def _draw_pedestrian(
-    actor,
-    look,
-    build,
-    body,
-    rotation,
-    camera,
-    env,
-    lamps,
-    beams,
-    table,
-    optics,
-    size,
-    scratch,
-    work,
-    bones,
-    spans,
-):
-    joints, world, keys, order = bones
-    height = actor[8]
-    pose_body(actor[9], actor[10], actor[11], height, build, joints)
-    c, s = math.cos(actor[3]), math.sin(actor[3])
-    for k in range(BODY_JOINTS):
-        jx, jy, jz = joints[k, 0] * height, joints[k, 1] * height, joints[k, 2] * height
-        _to_camera(
-            rotation, camera, actor[0] + c * jx - s * jy, actor[1] + s * jx + c * jy, actor[2] + jz, world[k]
-        )
-    for k in range(body.shape[0]):
-        keys[k] = world[int(body[k, 0]), 2] + world[int(body[k, 1]), 2]
-    _sort(keys, order, body.shape[0])
-    for m in range(body.shape[0]):
-        k = order[m]
-        slot = int(body[k, 4])
-        if look[slot, 3] == 0.0:
-            continue
-        scale = build[2] if slot <= 1 else 1.0
-        a, b = int(body[k, 0]), int(body[k, 1])
-        _capsule_lit(
-            world[a], world[b], body[k, 2] * height * scale, body[k, 3] * height * scale, look[slot], 0.0, env, lamps, beams, table,
-            optics, size, scratch, work, spans,
-        )  # fmt: skip
 
 
 @kernel
@@ -264,7 +220,7 @@ def _draw_group(
     spans,
 ):
     """Draw a tree or a lamp: its crown, then its capsules under it."""
-    ends, keys, order = bones[1:]
+    ends, keys, order = bones
     if group[7] >= 0:
         _to_camera(rotation, camera, group[8], group[9], group[10], ends[0])
         draw_crown(group[7:], ends[0], crowns, env, lamps, beams, table, optics, size, scratch, work, spans)
@@ -327,7 +283,7 @@ def draw_scene(
     idents,
     looks,
     builds,
-    body,
+    bodies,
     vehicles,
     materials,
     capsules,
@@ -353,9 +309,9 @@ def draw_scene(
     Args:
         actors: (N, 14) float64: x, y, z, yaw, pitch, model, length, width, height, gait phase, stride, head yaw, brake, headlight.
         idents: (N, 2) int64: instance id, ActorKind.
-        looks: (N, 8, 4) clothing; a vehicle's paint in [:, 0, :3].
-        builds: (N, 4) body builds.
-        body: (K, 5) capsules of a body.
+        looks: (N, 8, 4) a vehicle's paint in [:, 0, :3].
+        builds: (N, BUILD_SIZE) proportions of pedestrians, see kernels.pose.
+        bodies: (N, MAX_BODY, PART_SIZE) their capsules, see kernels.people.
         vehicles: The arrays of camera.models.ModelTable.
         materials: (M, 5).
         capsules: (S, 12) static capsules, see scenery.
@@ -384,6 +340,7 @@ def draw_scene(
     for i in range(n):
         _to_camera(rotation, camera, actors[i, 0], actors[i, 1], actors[i, 2] + 0.5 * actors[i, 8], centre)
         radius = 0.5 * math.sqrt(actors[i, 6] ** 2 + actors[i, 7] ** 2 + actors[i, 8] ** 2) * 1.1 + 0.3
+        radius += 0.6 if idents[i, 1] != 1 else 0.0  # what a pedestrian carries or pushes
         if _visible(centre, radius, optics, size):
             keys[i] = centre[2] - 0.5 * actors[i, 6]
     for i in range(g):
@@ -400,9 +357,9 @@ def draw_scene(
     spans[:, 0], spans[:, 1] = NOWHERE, 0
     channels = frame[0].shape[0]
     work, hulls, fronts = _capsule_work(channels), polyhedron_work(channels), panel_work()
+    people = people_work()
     bones = (
-        np.empty((BODY_JOINTS, 3)),
-        np.empty((BODY_JOINTS, 3)),
+        np.empty((2, 3)),
         np.empty(MAX_PRIMITIVES),
         np.empty(MAX_PRIMITIVES, np.int64),
     )
@@ -442,11 +399,10 @@ def draw_scene(
                     spans,
                 )
             else:
-                _draw_pedestrian(
+                draw_pedestrian(
                     actors[k],
-                    looks[k],
                     builds[k],
-                    body,
+                    bodies[k],
                     rotation,
                     camera,
                     env,
@@ -457,7 +413,7 @@ def draw_scene(
                     size,
                     scratch,
                     work,
-                    bones,
+                    people,
                     spans,
                 )
             _put(scratch, spans, idents[k, 0], env, air, frame, owners, buf)

@@ -8,16 +8,16 @@ import numpy as np
 from numba import njit
 
 from pedcross_env.camera.kernels.jit import kernel
-from pedcross_env.camera.kernels.pose import BODY_JOINTS, pose_body
+from pedcross_env.camera.kernels.pose import FRAMES, pose_body
 
 __all__ = ["CAPSULES_PER_ACTOR", "MAX_EDGES", "POLYGONS_PER_ACTOR", "cast_shadows"]
 
 MAX_EDGES, POLYGONS_PER_ACTOR, CAPSULES_PER_ACTOR = 12, 4, 10
 SUN, SKY = 0.0, 1.0
-# limbs that cast: joint, joint, radius as a share of the height (joints of kernels.pose)
+# limbs that cast: frame at whose origin either end is, radius as a share of the height (frames of kernels.pose)
 LIMBS = np.array(
-    [[8, 9, 0.045], [9, 10, 0.032], [15, 16, 0.045], [16, 17, 0.032], [0, 1, 0.095], [1, 2, 0.085], [3, 4, 0.05], [5, 7, 0.025],
-     [12, 14, 0.025]]
+    [[5, 6, 0.045], [6, 7, 0.032], [12, 13, 0.045], [13, 14, 0.032], [0, 1, 0.088], [1, 2, 0.050], [2, 2, 0.055], [9, 11, 0.028],
+     [16, 18, 0.028]]
 )  # fmt: skip
 # a vehicle's shadows: rows of (scale of the footprint, height share) pairs whose hull is cast; then softness, strength, target
 CASTS = np.array(
@@ -112,12 +112,12 @@ def _pedestrian(actor, build, shear, sunny, capsules, at):
     at += 1
     if not sunny:
         return at
-    joints = np.empty((BODY_JOINTS, 3))
-    pose_body(actor[9], actor[10], actor[11], h, build, joints)
+    frames = np.empty((FRAMES, 4, 3))
+    pose_body(actor[9], actor[10], actor[11], h, build, frames)
     for k in range(LIMBS.shape[0]):
         out = capsules[at]
         for e in range(2):
-            j = joints[int(LIMBS[k, e])]
+            j = frames[int(LIMBS[k, e]), 0]
             x = actor[0] + (c * j[0] - s * j[1] + shear[0] * j[2]) * h
             y = actor[1] + (s * j[0] + c * j[1] + shear[1] * j[2]) * h
             out[2 * e], out[2 * e + 1] = x - (out[0] if e else 0.0), y - (out[1] if e else 0.0)
@@ -134,7 +134,7 @@ def cast_shadows(actors, kinds, builds, shear, sunny, polygons, info, capsules, 
     Args:
         actors: (N, 14) as kernels.scene.
         kinds: (N,) ActorKind.
-        builds: (N, 4).
+        builds: (N, BUILD_SIZE) as kernels.pose.
         shear: How far a shadow falls per metre of height, along x and y.
         sunny: Whether the sun casts shadows.
         polygons: (>= 4 N, MAX_EDGES, 3) float64, filled.
