@@ -26,8 +26,8 @@ __all__ = [
 Connect = Literal["none", "iand", "add"]
 Norm = Callable[[int], nn.Module]
 
-TRUNK_SCALE, TRUNK_BIAS = 2.0, 0.5
-"""Where the norms of an IAND trunk start, see ``SpikingResNet18``: currents of mean 0.5 and deviation 2
+TRUNK_SCALE, TRUNK_BIAS = 3.0, 0.5
+"""Where the norms of an IAND trunk start, see ``SpikingResNet18``: currents of mean 0.5 and deviation 3
 against a threshold of 1."""
 
 
@@ -152,7 +152,7 @@ class SpikingResNet18(nn.Module):
             self._raise_trunk()
 
     def _raise_trunk(self) -> None:
-        """Let the trunk, conv1 and the spiking shortcuts, fire at 10-35 % instead of 3-5 %; branches stay quiet.
+        """Let the trunk, conv1 and the spiking shortcuts, fire at 15-35 % instead of 3-5 %; branches stay quiet.
 
         IAND can only take spikes away from the trunk: at the usual scale 1 and bias 0 little is left for the
         readout, whose mean over space and time is then nearly the same for every clip. A quiet branch makes a
