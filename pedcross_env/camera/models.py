@@ -19,7 +19,7 @@ from pedcross_env.scenario.sizes import VEHICLE_SIZES, Size
 
 __all__ = [
     "DARK", "GLASS", "HEADLIGHT", "PAINT", "PLATE", "RIM", "TAIL", "TRIM", "TYRE", "Model", "ModelBuilder", "ModelTable",
-    "add_material", "material_table", "model_table", "prop_index", "register_prop_model", "register_vehicle",
+    "add_material", "material_table", "model_table", "model_index", "register_prop_model", "register_vehicle", "registered",
 ]  # fmt: skip
 
 Point = tuple[float, float, float]
@@ -225,19 +225,25 @@ def register_vehicle(name: str, model: Model) -> None:
 
 
 def register_prop_model(name: str, model: Model) -> None:
-    """Add the body of a piece of street furniture; see scenery.furniture.register_prop for where it stands."""
+    """Add the body of a piece of street furniture; see camera.props.register_prop for where it stands."""
     _add("prop", _PROPS, name, model)
 
 
-def prop_index(name: str) -> int:
-    """Return a prop's number in ``model_table``.
+def registered() -> tuple[str, ...]:
+    """Return the names of all models in the order of ``model_table``."""
+    return (*VEHICLE_MODELS, *_PROPS)
+
+
+def model_index(name: str) -> tuple[int, Size]:
+    """Return a model's number in ``model_table`` and its size.
 
     Raises:
-        ConfigError: If there is no such prop.
+        ConfigError: If there is no such vehicle or prop.
     """
-    if name not in _PROPS:
-        raise unknown_name("prop", name, _PROPS)
-    return len(VEHICLE_MODELS) + list(_PROPS).index(name)
+    names = registered()
+    if name not in names:
+        raise unknown_name("model", name, names)
+    return names.index(name), (_VEHICLES.get(name) or _PROPS[name]).size
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,7 +49,7 @@ from pedcross_env.camera.snow import snowed
 from pedcross_env.camera.tunnel import Tunnel, cleared
 from pedcross_env.camera.vehicles import PAINTS
 from pedcross_env.config import CameraConfig
-from pedcross_env.contracts import ActorKind, Frame, Snapshot
+from pedcross_env.contracts import ActorKind, Frame, Snapshot, StaticClass
 from pedcross_env.errors import ConfigError
 from pedcross_env.scenario.scenario import ACCESSORIES
 from pedcross_env.scenario.street import StreetSpec
@@ -58,6 +58,7 @@ from pedcross_env.weather.weather import Weather
 __all__ = ["Renderer"]
 
 LAMP_RANGE_M = 90.0
+FURNITURE_RANGE_M, FURNITURE_FADE_M = 85.0, 30.0
 CARRIED_M = 1.2  # how far bags, umbrellas and strollers reach beyond a body
 MOST_YAW_DEG = 6.0  # of the mount, for the ground kernel that works by rows
 
@@ -184,7 +185,7 @@ class Renderer:
         owners = not luminance_only or self._weather.wetness > 0 or self._tunnel is not None
         panels = scenery.panels if self._street.straight else nearest_first(scenery.panels, camera)
         draw_scene(
-            numbers, idents, looks, builds, bodies,
+            *self._with_props(numbers, idents, looks, builds, camera), bodies,
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
             self._materials, scenery.capsules, scenery.groups, panels, (self._front_maps, scenery.map_frame, self._crowns),
             rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], planes, owners, self._buf,
@@ -329,6 +330,29 @@ class Renderer:
                 self._looks[model, seed] = _paint(model, seed)
             looks[i] = self._looks[model, seed]
         return numbers, idents, looks, builds, bodies
+
+    def _with_props(
+        self,
+        numbers: np.ndarray,
+        idents: np.ndarray,
+        looks: np.ndarray,
+        builds: np.ndarray,
+        camera: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Add roofs and the furniture near by, which shrinks to nothing at the limit rather than pop up."""
+        if self._scenery is None:
+            return numbers, idents, looks, builds
+        props = self._scenery.props
+        away = np.sqrt((props.numbers[:, 0] - camera[0]) ** 2 + (props.numbers[:, 1] - camera[1]) ** 2)
+        scale = np.clip((FURNITURE_RANGE_M - away) / FURNITURE_FADE_M, 0.0, 1.0)
+        scale[props.idents[:, 0] == StaticClass.BUILDING] = 1.0
+        seen = scale > 0
+        static = props.numbers[seen]
+        static[:, 6:9] *= scale[seen, None]
+        return (
+            np.concatenate([numbers, static]), np.concatenate([idents, props.idents[seen]]), np.concatenate([looks, props.looks[seen]]),
+            np.concatenate([builds, np.zeros((len(static), builds.shape[1]))]),
+        )  # fmt: skip
 
     def _shadows(
         self,

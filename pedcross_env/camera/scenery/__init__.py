@@ -7,9 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from pedcross_env.camera.scenery.buildings import building_panels
+from pedcross_env.camera.models import registered
+from pedcross_env.camera.props import FURNITURE
+from pedcross_env.camera.scenery.buildings import BUILDINGS, building_rows
 from pedcross_env.camera.scenery.foliage import crown_textures
-from pedcross_env.camera.scenery.furniture import standing_things
+from pedcross_env.camera.scenery.furniture import Props, standing_things
 from pedcross_env.camera.scenery.lamps import lamp_maps
 from pedcross_env.camera.scenery.profiles import (
     ACROSS_TEXEL_M,
@@ -44,7 +46,8 @@ class Scenery:
         low: (M, 8) running integrals across the road: cover, r, g, b, lines, dash, zebra, stop.
         high: (M, 8) the same beyond the kerbs.
         across_low: y of the first row of ``low`` and ``high``.
-        tree_shadows: (S, 6) crown centre, half width, half height, strength.
+        tree_shadows: (S, 7) of crowns and furniture: centre, half width, half height, strength, softness.
+        props: Furniture and roofs.
     """
 
     panels: np.ndarray
@@ -60,16 +63,23 @@ class Scenery:
     high: np.ndarray
     across_low: float
     tree_shadows: np.ndarray
+    props: Props
+
+
+def scenery_of(street: StreetSpec) -> Scenery:
+    """Build (or recall) the tables of a street; everything that is only looks follows from ``street.seed``."""
+    return _built(street, (registered(), tuple(FURNITURE), tuple(BUILDINGS)))
 
 
 @lru_cache(maxsize=8)
-def scenery_of(street: StreetSpec) -> Scenery:
-    """Build (or recall) the tables of a street; everything that is only looks follows from ``street.seed``."""
+def _built(street: StreetSpec, registries: object) -> Scenery:
+    """Build a street; what was registered in between makes it another one."""
     house_rng, furniture_rng = np.random.default_rng([street.seed & 0xFFFFFFFF, 11]).spawn(2)
-    things = standing_things(street, furniture_rng)
+    rows = building_rows(street, house_rng)
+    things = standing_things(street, rows.roofs, rows.gaps, furniture_rng)
     low, high, across_low = across_profiles(street)
     ground, ground_frame, fronts, map_frame = lamp_maps(street, things.lamps)
     return Scenery(
-        building_panels(street, house_rng), things.capsules, things.groups, things.lamps, ground, ground_frame, fronts,
-        map_frame, along_profiles(street), low, high, across_low, things.tree_shadows,
+        rows.panels, things.capsules, things.groups, things.lamps, ground, ground_frame, fronts, map_frame, along_profiles(street),
+        low, high, across_low, things.shadows, things.props,
     )  # fmt: skip

@@ -19,7 +19,7 @@ def tree_shadow_capsules(crowns: np.ndarray, direction: np.ndarray) -> np.ndarra
     """Cast crowns on the ground.
 
     Args:
-        crowns: (S, 6) centre, half width, half height (m), strength.
+        crowns: (S, 7) centre, half width, half height (m), strength, softness (m).
         direction: (3,) towards the sun.
 
     Returns:
@@ -27,10 +27,10 @@ def tree_shadow_capsules(crowns: np.ndarray, direction: np.ndarray) -> np.ndarra
     """
     shear_x, shear_y = sun_shear(direction)
     out = np.zeros((len(crowns), 9))
-    for k, (x, y, z, half_width, half_height, strength) in enumerate(crowns):
+    for k, (x, y, z, half_width, half_height, strength, soft) in enumerate(crowns):
         half = 0.6 * half_height
         out[k, 0], out[k, 1] = x + shear_x * (z - half), y + shear_y * (z - half)
         out[k, 2], out[k, 3] = 2 * shear_x * half, 2 * shear_y * half
         out[k, 4] = 1 / max(1e-6, math.hypot(out[k, 2], out[k, 3]) ** 2)
-        out[k, 5:9] = 0.8 * half_width, 1.1, strength, 0
+        out[k, 5:9] = 0.8 * half_width, soft, strength, 0
     return out
