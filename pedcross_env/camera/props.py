@@ -16,7 +16,7 @@ from pedcross_env.camera.models import (
 )
 from pedcross_env.config import require
 
-__all__ = ["FURNITURE", "PropKind", "register_prop"]
+__all__ = ["FURNITURE", "TILES", "PropKind", "register_prop"]
 
 STEEL = add_material(0.30, 0.31, 0.32, 0.4)
 DARK_STEEL = add_material(0.06, 0.065, 0.07, 0.3)
@@ -27,6 +27,9 @@ RED = add_material(0.36, 0.015, 0.02, 0.2)
 YELLOW = add_material(0.55, 0.34, 0.015, 0.3)
 BLACK = add_material(0.015, 0.015, 0.016, 0.1)
 GREEN = add_material(0.035, 0.075, 0.045, 0.2)
+
+
+TILES = ((0.20, 0.075, 0.045), (0.15, 0.065, 0.045), (0.075, 0.075, 0.08), (0.11, 0.085, 0.07))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -168,12 +171,12 @@ def _round_sign() -> Model:
     return b.build(0.12, 0.60, 2.70)
 
 
-def _roof(hipped: float) -> Model:
+def _roof(hipped: float, tiles: int) -> Model:
     """A roof on a unit square, its ridge along x, shortened by ``hipped`` at either end."""
     b = ModelBuilder()
     eaves = [(-0.5, -0.5, 0.0), (0.5, -0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, 0.5, 0.0)]
     r = 0.5 - hipped
-    b.loft([eaves, [(-r, -0.01, 1.0), (r, -0.01, 1.0), (r, 0.01, 1.0), (-r, 0.01, 1.0)]], PAINT)
+    b.loft([eaves, [(-r, -0.01, 1.0), (r, -0.01, 1.0), (r, 0.01, 1.0), (-r, 0.01, 1.0)]], tiles)
     return b.build(1.0, 1.0, 1.0)
 
 
@@ -184,10 +187,8 @@ register_prop("post_box", _post_box(), PropKind(place="facade", per_100_m=0.4))
 register_prop("cabinet", _cabinet(), PropKind(place="facade", per_100_m=0.8, colours=GREYS))
 register_prop("planter", _planter(), PropKind(place="facade", per_100_m=1.2))
 register_prop("round_sign", _round_sign(), PropKind(place="kerb", per_100_m=1.0))
-for _name, _model in (
-    ("crossing_sign", _crossing_sign()),
-    ("bollard", _bollard()),
-    ("gable_roof", _roof(0.0)),
-    ("hip_roof", _roof(0.22)),
-):
+for _name, _model in (("crossing_sign", _crossing_sign()), ("bollard", _bollard())):
     register_prop_model(_name, _model)
+for _k, _colour in enumerate(TILES):
+    for _shape, _hipped in (("gable", 0.0), ("hip", 0.22)):
+        register_prop_model(f"{_shape}_roof_{_k}", _roof(_hipped, add_material(*_colour, 0.0)))

@@ -28,9 +28,10 @@ from pedcross_env.camera.kernels.people import draw_pedestrian, people_work
 from pedcross_env.camera.kernels.polyhedra import draw_polyhedron, fineness, polyhedron_work
 from pedcross_env.camera.kernels.rows import composite_row
 
-__all__ = ["draw_scene"]
+__all__ = ["ROOF_KIND", "draw_scene"]
 
 NOWHERE = 1 << 30
+ROOF_KIND = 3  # besides contracts.ActorKind: bodies that belong to the houses
 MAX_PRIMITIVES = 64  # of one body or group
 LUMA_R, LUMA_G, LUMA_B = 0.2126, 0.7152, 0.0722
 
@@ -308,7 +309,7 @@ def draw_scene(
 
     Args:
         actors: (N, 14) float64: x, y, z, yaw, pitch, model, length, width, height, gait phase, stride, head yaw, brake, headlight.
-        idents: (N, 2) int64: instance id, ActorKind.
+        idents: (N, 2) int64: instance id, ActorKind or ROOF_KIND.
         looks: (N, 8, 4) a vehicle's paint in [:, 0, :3].
         builds: (N, BUILD_SIZE) proportions of pedestrians, see kernels.pose.
         bodies: (N, MAX_BODY, PART_SIZE) their capsules, see kernels.people.
@@ -376,6 +377,8 @@ def draw_scene(
         if keys[k] >= 1e9:
             break
         if k < n:
+            if idents[k, 1] == ROOF_KIND:
+                continue
             if idents[k, 1] == 1:
                 _draw_vehicle(
                     actors[k],
@@ -455,4 +458,10 @@ def draw_scene(
                     fronts,
                     spans,
                 )
+        for i in range(n):
+            if idents[i, 1] == ROOF_KIND and keys[i] < 1e9 and (actors[i, 1] > 0) == (side == 1):
+                _draw_vehicle(
+                    actors[i], looks[i, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch,
+                    buf, work, hulls, car, spans,
+                )  # fmt: skip
         _put(scratch, spans, -2, env, air, frame, owners, buf)

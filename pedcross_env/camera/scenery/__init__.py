@@ -76,7 +76,7 @@ def _built(street: StreetSpec, registries: object) -> Scenery:
     """Build a street; what was registered in between makes it another one."""
     house_rng, furniture_rng = np.random.default_rng([street.seed & 0xFFFFFFFF, 11]).spawn(2)
     rows = building_rows(street, house_rng)
-    things = standing_things(street, rows.roofs, rows.gaps, furniture_rng)
+    things = standing_things(street, rows.roofs, furniture_rng)
     low, high, across_low = across_profiles(street)
     ground, ground_frame, fronts, map_frame = lamp_maps(street, things.lamps)
     return Scenery(

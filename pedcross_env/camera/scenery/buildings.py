@@ -9,13 +9,15 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from pedcross_env.camera.kernels.facade import PANEL_SIZE
+from pedcross_env.camera.props import TILES
 from pedcross_env.config import require
 from pedcross_env.scenario.street import StreetSpec
 
-__all__ = ["BUILDINGS", "BuildingKind", "Gap", "Roof", "Rows", "building_rows", "register_building"]
+__all__ = ["BUILDINGS", "BuildingKind", "Roof", "Rows", "building_rows", "register_building"]
 
 Range = tuple[float, float]
 Colour = tuple[float, float, float]
+HEDGE = ((0.045, 0.085, 0.028), (0.06, 0.095, 0.03))
 DEEP_M = 12.0  # of the houses
 PLASTER = (
     (0.44, 0.40, 0.33), (0.50, 0.48, 0.44), (0.46, 0.36, 0.24), (0.42, 0.38, 0.38), (0.36, 0.39, 0.40), (0.52, 0.45, 0.33),
@@ -23,7 +25,6 @@ PLASTER = (
 )  # fmt: skip
 BRICK = ((0.27, 0.13, 0.09), (0.32, 0.17, 0.11), (0.22, 0.12, 0.09), (0.33, 0.22, 0.15))
 CONCRETE = ((0.34, 0.34, 0.34), (0.46, 0.46, 0.45), (0.20, 0.21, 0.23), (0.40, 0.38, 0.35))
-TILES = ((0.20, 0.075, 0.045), (0.15, 0.065, 0.045), (0.075, 0.075, 0.08), (0.11, 0.085, 0.07))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,14 +147,13 @@ class House(NamedTuple):
 
 
 class Roof(NamedTuple):
-    """A roof: its prop, middle and base, extent, colour."""
+    """A roof: its prop, middle and base, extent."""
 
     prop: str
     x: float
     y: float
     z: float
     size: tuple[float, float, float]
-    colour: Colour
 
 
 class Gap(NamedTuple):
@@ -166,11 +166,10 @@ class Gap(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Both rows of houses: panels (P, PANEL_SIZE), roofs, gardens."""
+    """Both rows of houses: panels (P, PANEL_SIZE) and roofs."""
 
     panels: np.ndarray
     roofs: list[Roof]
-    gaps: list[Gap]
 
 
 def _panel(
@@ -239,9 +238,8 @@ def _garden(gap: Gap, rng: np.random.Generator) -> list[np.ndarray]:
     """A low wall at the street and the back of another house behind: nothing is seen through a gap."""
     side, along, length = gap.side, float(gap.side), gap.x1 - gap.x0
     start = gap.x0 if side > 0 else gap.x1
-    stone = np.array(
-        BRICK[rng.integers(len(BRICK))] if rng.random() < 0.5 else PLASTER[rng.integers(len(PLASTER))]
-    )
+    surfaces = (BRICK, PLASTER, HEDGE)[int(rng.integers(3))]
+    stone = np.array(surfaces[rng.integers(len(surfaces))])
     low = _panel(start, gap.front, 0.0, along, 0.0, length, rng.uniform(1.0, 1.9), 0.9 * stone)
     back = _panel(
         start,
@@ -266,7 +264,6 @@ def building_rows(street: StreetSpec, rng: np.random.Generator) -> Rows:
     panels: list[np.ndarray] = []
     houses: list[House] = []
     roofs: list[Roof] = []
-    gaps: list[Gap] = []
     for side in (-1, 1):
         x = street.start_x_m - 20.0
         while x < street.end_x_m + 40.0:
@@ -281,16 +278,13 @@ def building_rows(street: StreetSpec, rng: np.random.Generator) -> Rows:
                     DEEP_M + 0.7,
                     float(rng.uniform(3.2, 5.0)),
                 )
-                tiles = np.array(TILES[rng.integers(len(TILES))]) * rng.uniform(0.8, 1.2)
                 middle = house.front + side * 0.5 * DEEP_M
-                roofs.append(
-                    Roof(f"{kind.roof}_roof", x + 0.5 * length, middle, house.height, size, tuple(tiles))
-                )
+                prop = f"{kind.roof}_roof_{int(rng.integers(len(TILES)))}"
+                roofs.append(Roof(prop, x + 0.5 * length, middle, house.height, size))
             x += length
             if rng.random() < 0.13:
                 wide = float(rng.uniform(4.0, 9.0))
-                gaps.append(Gap(side, x, x + wide, side * (street.facade_y_m + 0.1)))
-                panels += _garden(gaps[-1], rng)
+                panels += _garden(Gap(side, x, x + wide, side * (street.facade_y_m + 0.1)), rng)
                 x += wide
     for i, house in enumerate(houses):
         before = houses[i - 1] if i > 0 and houses[i - 1].side == house.side else None
@@ -299,4 +293,4 @@ def building_rows(street: StreetSpec, rng: np.random.Generator) -> Rows:
         after = after if after and math.isclose(after.x0, house.x1, abs_tol=0.5) else None
         panels += _side_wall(house.side, house.x0, -1.0, house, before)
         panels += _side_wall(house.side, house.x1, 1.0, house, after)
-    return Rows(np.array(panels), roofs, gaps)
+    return Rows(np.array(panels), roofs)

@@ -9,11 +9,11 @@ import numpy as np
 
 from pedcross_env.camera.kernels.crown import TEXTURE_CHANNELS, splat_leaves
 
-__all__ = ["BARE", "BUSHES", "COLUMNAR", "CONIFERS", "ROUND", "crown_textures"]
+__all__ = ["BARE", "COLUMNAR", "CONIFERS", "ROUND", "crown_textures"]
 
 SIZE = 256  # texels along the finest level
 COARSEST = 4
-ROUND, COLUMNAR, CONIFERS, BARE, BUSHES = (0, 1, 2), (3,), (4,), (5, 6), (7,)
+ROUND, COLUMNAR, CONIFERS, BARE = (0, 1, 2), (3,), (4,), (5, 6)
 """Which textures belong to a species."""
 
 
@@ -79,11 +79,6 @@ def _columnar(rng: np.random.Generator) -> np.ndarray:
     lobes = _lobes(rng, 22, (0.45, 0.80), (0.26, 0.36))
     lobes[:, 0] *= np.sqrt(np.clip(1.12 - (lobes[:, 1] - 0.2) ** 2, 0.1, 1))
     return _leafy(rng, lobes, 8000, (3.8, 1.7), 0.55)
-
-
-def _bush(rng: np.random.Generator) -> np.ndarray:
-    lobes = _lobes(rng, 16, (0.62, 0.45), (0.28, 0.42)) + np.array([0.0, 0.22, 0.0, 0.0])
-    return _leafy(rng, np.concatenate([lobes, [[0.0, 0.5, 0.0, 0.6]]]), 6500, (4.4, 2.6))
 
 
 def _conifer(rng: np.random.Generator) -> np.ndarray:
@@ -153,7 +148,7 @@ def crown_textures() -> tuple[np.ndarray, np.ndarray]:
         texels: (S, T, 4) float32: cover, and times the cover: tone, normal to the right, normal downwards.
         levels: (L, 2) int64: where a level starts in T, and its size without the empty texel around it; the finest first.
     """
-    makers = (_round, _round, _round, _columnar, _conifer, _bare, _bare, _bush)
+    makers = (_round, _round, _round, _columnar, _conifer, _bare, _bare)
     rngs = np.random.default_rng(31_415).spawn(len(makers))
     texels = np.stack([_pyramid(make(rng)) for make, rng in zip(makers, rngs, strict=True)])
     sizes = [SIZE >> k for k in range(int(math.log2(SIZE // COARSEST)) + 1)]

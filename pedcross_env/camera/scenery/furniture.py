@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pedcross_env.camera.kernels.scene import ROOF_KIND
 from pedcross_env.camera.models import model_index
 from pedcross_env.camera.props import FURNITURE, PropKind
-from pedcross_env.camera.scenery.buildings import Gap, Roof
+from pedcross_env.camera.scenery.buildings import Roof
 from pedcross_env.camera.scenery.lamps import LAMP_HEIGHT_M, lamp_places, lamp_post
-from pedcross_env.camera.scenery.trees import GROUP_SIZE, Plant, bush, draw_season, tree
-from pedcross_env.contracts import StaticClass
+from pedcross_env.camera.scenery.trees import GROUP_SIZE, Plant, draw_season, tree
+from pedcross_env.contracts import ActorKind, StaticClass
 from pedcross_env.scenario.street import StreetSpec
 
 __all__ = ["CAPSULE_SIZE", "Props", "Standing", "standing_things"]
@@ -29,7 +30,7 @@ class Props:
 
     Attributes:
         numbers: (P, 14) as kernels.scene.
-        idents: (P, 2) StaticClass, 1.
+        idents: (P, 2) StaticClass, and how it is drawn: as vehicles are, or with the houses.
         looks: (P, 8, 4) paint in [:, 0, :3].
     """
 
@@ -84,19 +85,6 @@ def _near_zebra(street: StreetSpec, x: float, clear: float) -> bool:
     return any(abs(x - c.x_m) < 0.5 * c.width_m + clear for c in street.crosswalks)
 
 
-def _gardens(gaps: list[Gap], base: float, rng: np.random.Generator) -> list[Plant]:
-    """Bushes and a tree behind every garden wall."""
-    plants = []
-    for gap in gaps:
-        middle = 0.5 * (gap.x0 + gap.x1)
-        species = str(rng.choice(("round", "conifer", "columnar")))
-        plants.append(tree(middle, gap.front + gap.side * 5.0, base, species, "summer", rng))
-        for x in np.arange(gap.x0 + 0.9, gap.x1 - 0.8, 1.9):
-            half = (rng.uniform(1.0, 1.4), rng.uniform(0.9, 1.4))
-            plants.append(bush(float(x), gap.front + gap.side * 1.6, base, half, rng))
-    return plants
-
-
 def _placed(
     name: str, kind: PropKind, x: float, side: int, street: StreetSpec, rng: np.random.Generator
 ) -> Prop:
@@ -147,19 +135,18 @@ def _table(props: list[Prop]) -> Props:
     for k, prop in enumerate(props):
         numbers[k, :4] = *prop.place, prop.yaw
         numbers[k, 5:9] = model_index(prop.model)[0], *prop.size
-        idents[k, 0], looks[k, 0, :3] = int(prop.kind), prop.colour
+        idents[k] = int(prop.kind), ROOF_KIND if prop.kind == StaticClass.BUILDING else ActorKind.VEHICLE
+        looks[k, 0, :3] = prop.colour
     return Props(numbers, idents, looks)
 
 
 def _roofs(roofs: list[Roof]) -> list[Prop]:
-    return [Prop(r.prop, (r.x, r.y, r.z), 0.0, r.size, r.colour, StaticClass.BUILDING) for r in roofs]
+    return [Prop(r.prop, (r.x, r.y, r.z), 0.0, r.size, (0.2, 0.2, 0.2), StaticClass.BUILDING) for r in roofs]
 
 
-def standing_things(
-    street: StreetSpec, roofs: list[Roof], gaps: list[Gap], rng: np.random.Generator
-) -> Standing:
+def standing_things(street: StreetSpec, roofs: list[Roof], rng: np.random.Generator) -> Standing:
     """Place lamps, trees, furniture and roofs."""
-    tree_rng, garden_rng, prop_rng = rng.spawn(3)
+    tree_rng, prop_rng = rng.spawn(2)
     base = street.kerb_height_m
     capsules: list[list[float]] = []
     groups: list[list[float]] = []
@@ -180,7 +167,7 @@ def standing_things(
         groups.append(group + [0.0] * (GROUP_SIZE - len(group)))
         lamps.append((x, head_y, base + LAMP_HEIGHT_M - 0.05))
     shining = np.array(lamps)
-    plants = _rows_of_trees(street, shining, tree_rng) + _gardens(gaps, base, garden_rng)
+    plants = _rows_of_trees(street, shining, tree_rng)
     for plant in plants:
         first = len(capsules)
         capsules += plant.capsules

@@ -1,4 +1,4 @@
-"""Trees and bushes: trunk and limbs as capsules, the crown as a texture of leaves."""
+"""Trees: trunk and limbs as capsules, the crown as a texture of leaves."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from pedcross_env.camera.scenery import foliage
 from pedcross_env.contracts import StaticClass
 
-__all__ = ["GROUP_SIZE", "Plant", "bush", "draw_season", "tree"]
+__all__ = ["GROUP_SIZE", "Plant", "draw_season", "tree"]
 
 GROUP_SIZE = 16
 """A group of static primitives: capsule range (2), bounding sphere (4), StaticClass, then its crown: texture (-1: none), centre (3),
@@ -32,7 +32,7 @@ NEEDLES = np.array([[0.035, 0.070, 0.032], [0.045, 0.075, 0.048]])
 
 @dataclass(frozen=True, slots=True)
 class Plant:
-    """One tree or bush.
+    """One tree.
 
     Attributes:
         capsules: Rows of CAPSULE_SIZE numbers.
@@ -135,9 +135,3 @@ def tree(x: float, y: float, base: float, species: str, season: str, rng: np.ran
         return _plant(trunk, centre, base, int(rng.choice(foliage.BARE)), half, bark, 0.3, rng)
     trunk = _trunk(x, y, base, fork, 0.15, bark, rng, 0.55 * half[1] if species == "round" else 0.0)
     return _plant(trunk, centre, base, texture, half, leaves, 0.8, rng)
-
-
-def bush(x: float, y: float, base: float, half: tuple[float, float], rng: np.random.Generator) -> Plant:
-    """Grow a bush that rests on the ground; ``half``: its half width and half height in metres."""
-    leaves = SUMMER[rng.integers(len(SUMMER))] * rng.uniform(0.7, 1.0)
-    return _plant([], np.array([x, y, base + 0.9 * half[1]]), base, foliage.BUSHES[0], half, leaves, 0.8, rng)
