@@ -20,6 +20,7 @@ from pedcross_env.camera.scenery import (
     ACROSS_TEXEL_M,
     ALONG_TEXEL_M,
     GROUND_TEXEL_M,
+    Props,
     Scenery,
     grain_integral,
     scenery_of,
@@ -306,9 +307,9 @@ def _front_maps(main: Scenery, side: Scenery | None) -> np.ndarray:
 def _laid_out(street: StreetSpec) -> Scenery:
     """Lay the tables of straight streets along the curve and around the intersection."""
     straight = street.straightened()
-    main = scenery_of(straight)
+    main = scenery_of(straight, loose=False)
     crossing = street.intersection
-    side = scenery_of(side_street(street)) if crossing is not None else None
+    side = scenery_of(side_street(street), loose=False) if crossing is not None else None
     kept = np.ones(len(main.groups), bool)
     open_ground = np.ones(len(main.tree_shadows), bool)
     panels, beside = main.panels, np.zeros((0, PANEL_SIZE))
@@ -340,8 +341,21 @@ def _laid_out(street: StreetSpec) -> Scenery:
     ground, frame = _lamp_map(lamps, placed)
     return replace(
         main, panels=placed, capsules=capsules, groups=groups, lamps=lamps, ground_lamp_map=ground, ground_frame=frame,
-        front_lamp_maps=_front_maps(main, side), tree_shadows=crowns,
+        front_lamp_maps=_front_maps(main, side), tree_shadows=crowns, props=_placed_props(street, main.props),
     )  # fmt: skip
+
+
+def _placed_props(street: StreetSpec, props: Props) -> Props:
+    """Furniture along the curve and clear of the intersection; houses that bend or turn a corner have flat roofs."""
+    stays = props.idents[:, 0] == StaticClass.FURNITURE
+    crossing = street.intersection
+    if crossing is not None:
+        reach = crossing.facade_m + crossing.corner_radius_m + crossing.crosswalk_width_m + 3.0
+        stays &= np.abs(props.numbers[:, 0] - crossing.x_m) > reach
+    numbers = props.numbers[stays]
+    numbers[:, 0], numbers[:, 1], heading = to_world(street, numbers[:, 0], numbers[:, 1])
+    numbers[:, 3] += heading
+    return Props(numbers, props.idents[stays], props.looks[stays])
 
 
 def _clear_lamps(scenery: Scenery, kept: np.ndarray) -> np.ndarray:

@@ -25,7 +25,7 @@ from pedcross_env.camera.scenery.shadows import sun_shear, tree_shadow_capsules
 from pedcross_env.scenario.street import StreetSpec
 
 __all__ = [
-    "ACROSS_TEXEL_M", "ALONG_TEXEL_M", "GROUND_TEXEL_M", "Scenery", "crown_textures", "grain_integral", "scenery_of",
+    "ACROSS_TEXEL_M", "ALONG_TEXEL_M", "GROUND_TEXEL_M", "Props", "Scenery", "crown_textures", "grain_integral", "scenery_of",
     "sun_shear", "tree_shadow_capsules",
 ]  # fmt: skip
 
@@ -66,16 +66,21 @@ class Scenery:
     props: Props
 
 
-def scenery_of(street: StreetSpec) -> Scenery:
-    """Build (or recall) the tables of a street; everything that is only looks follows from ``street.seed``."""
-    return _built(street, (registered(), tuple(FURNITURE), tuple(BUILDINGS)))
+def scenery_of(street: StreetSpec, *, loose: bool = True) -> Scenery:
+    """Build (or recall) the tables of a street; everything that is only looks follows from ``street.seed``.
+
+    Args:
+        street: A straight one.
+        loose: Whether there may be gardens between houses, and fronts that stand back.
+    """
+    return _built(street, loose, (registered(), tuple(FURNITURE), tuple(BUILDINGS)))
 
 
 @lru_cache(maxsize=8)
-def _built(street: StreetSpec, registries: object) -> Scenery:
+def _built(street: StreetSpec, loose: bool, registries: object) -> Scenery:
     """Build a street; what was registered in between makes it another one."""
     house_rng, furniture_rng = np.random.default_rng([street.seed & 0xFFFFFFFF, 11]).spawn(2)
-    rows = building_rows(street, house_rng)
+    rows = building_rows(street, house_rng, loose)
     things = standing_things(street, rows.roofs, furniture_rng)
     low, high, across_low = across_profiles(street)
     ground, ground_frame, fronts, map_frame = lamp_maps(street, things.lamps)

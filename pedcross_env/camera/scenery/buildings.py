@@ -203,7 +203,13 @@ def _side_wall(side: int, x: float, facing: float, house: House, neighbour: Hous
 
 
 def _front(
-    kind: BuildingKind, side: int, x: float, length: float, street: StreetSpec, rng: np.random.Generator
+    kind: BuildingKind,
+    side: int,
+    x: float,
+    length: float,
+    street: StreetSpec,
+    rng: np.random.Generator,
+    loose: bool,
 ) -> tuple[np.ndarray, House]:
     """Draw one house of a kind."""
     draw = lambda span: float(rng.uniform(*span))  # noqa: E731
@@ -213,7 +219,7 @@ def _front(
         draw(kind.ground_m),
     )
     wall = np.array(kind.walls[rng.integers(len(kind.walls))]) * rng.uniform(0.85, 1.12)
-    front = side * (street.facade_y_m + draw(kind.setback_m))
+    front = side * (street.facade_y_m + draw(kind.setback_m) * loose)
     bays = max(1, round(length / draw(kind.bay_m)))
     height = ground + storeys * storey
     # the outward normal is axis x up: it points at the street on either side
@@ -257,7 +263,7 @@ def _garden(gap: Gap, rng: np.random.Generator) -> list[np.ndarray]:
     return [low, back]
 
 
-def building_rows(street: StreetSpec, rng: np.random.Generator) -> Rows:
+def building_rows(street: StreetSpec, rng: np.random.Generator, loose: bool = True) -> Rows:
     """Build both sides of a street; every street favours some kinds of houses."""
     names = list(BUILDINGS)
     taste = np.array([BUILDINGS[name].share for name in names]) * rng.uniform(0.25, 1.75, len(names))
@@ -269,7 +275,7 @@ def building_rows(street: StreetSpec, rng: np.random.Generator) -> Rows:
         while x < street.end_x_m + 40.0:
             kind = BUILDINGS[names[int(rng.choice(len(names), p=taste / taste.sum()))]]
             length = float(rng.uniform(*kind.length_m))
-            panel, house = _front(kind, side, x, length, street, rng)
+            panel, house = _front(kind, side, x, length, street, rng, loose)
             panels.append(panel)
             houses.append(house)
             if kind.roof != "flat":
@@ -282,7 +288,7 @@ def building_rows(street: StreetSpec, rng: np.random.Generator) -> Rows:
                 prop = f"{kind.roof}_roof_{int(rng.integers(len(TILES)))}"
                 roofs.append(Roof(prop, x + 0.5 * length, middle, house.height, size))
             x += length
-            if rng.random() < 0.13:
+            if rng.random() < 0.13 and loose:
                 wide = float(rng.uniform(4.0, 9.0))
                 panels += _garden(Gap(side, x, x + wide, side * (street.facade_y_m + 0.1)), rng)
                 x += wide
