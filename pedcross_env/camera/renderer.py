@@ -6,13 +6,12 @@ import math
 
 import numpy as np
 
+from pedcross_env.camera.actor_tables import ActorTables, Cast
+from pedcross_env.camera.environment import beam_place, constant_environment, environment, others_beams
 from pedcross_env.camera.free import draw_ground_freely, mirror_tilted, nearest_first
 from pedcross_env.camera.glare import Glare
-from pedcross_env.camera.kernels import lighting as env_at
 from pedcross_env.camera.kernels.finish import finish_frame, mirror_in_road
 from pedcross_env.camera.kernels.ground import draw_ground_and_sky
-from pedcross_env.camera.kernels.people import MAX_BODY, PART_SIZE
-from pedcross_env.camera.kernels.pose import BUILD_SIZE
 from pedcross_env.camera.kernels.scene import draw_scene
 from pedcross_env.camera.kernels.shadows import (
     CAPSULES_PER_ACTOR,
@@ -23,7 +22,6 @@ from pedcross_env.camera.kernels.shadows import (
 from pedcross_env.camera.layout import GroundTables, ground_tables, scenery_for
 from pedcross_env.camera.lens import lens_of
 from pedcross_env.camera.light import (
-    BEAM_TINT,
     LUMA,
     Light,
     flashed,
@@ -32,7 +30,6 @@ from pedcross_env.camera.light import (
     low_beam_table,
 )
 from pedcross_env.camera.models import material_table, model_table
-from pedcross_env.camera.people import person_of
 from pedcross_env.camera.pinhole import CameraPose, camera_pose, project
 from pedcross_env.camera.profiles import bands_of, stripes_of
 from pedcross_env.camera.scenery import (
@@ -47,11 +44,9 @@ from pedcross_env.camera.scenery import (
 )  # fmt: skip
 from pedcross_env.camera.snow import snowed
 from pedcross_env.camera.tunnel import Tunnel, cleared
-from pedcross_env.camera.vehicles import PAINTS
 from pedcross_env.config import CameraConfig
-from pedcross_env.contracts import ActorKind, Frame, Snapshot, StaticClass
+from pedcross_env.contracts import Frame, Snapshot, StaticClass
 from pedcross_env.errors import ConfigError
-from pedcross_env.scenario.scenario import ACCESSORIES
 from pedcross_env.scenario.street import StreetSpec
 from pedcross_env.weather.weather import Weather
 
@@ -85,11 +80,11 @@ class Renderer:
         self._ground_work = (
             np.zeros(3), np.zeros(513, np.float32), np.zeros(18, np.float32), np.zeros(4, np.int64), np.zeros((4, 3), np.float32),
         )  # fmt: skip
+        self._nobody = (np.zeros((1, 1), np.float32), np.zeros((1, 1), np.int32))
         self._glare = Glare(w, h)
         self._tables = _beam_tables()
         self._table = self._tables[0]
         self._vehicles, self._materials = model_table(), material_table()
-        self._looks: dict[tuple[int, int], np.ndarray] = {}
         self._mirror: tuple[dict[int, np.ndarray], tuple[np.ndarray, ...]] | None = None
         self._scenery: Scenery | None = None
         self._free: GroundTables | None = None
@@ -114,6 +109,8 @@ class Renderer:
         self._free = ground_tables(street, weather.snow_cover) if free else None
         self._light = light_of(weather)
         self._weather, self._street = weather, street
+        self._constant = constant_environment(self._light, weather)
+        self._actors = ActorTables(weather.rain_mm_h > 0)
         self._tree_shadows = tree_shadow_capsules(self._scenery.tree_shadows, self._light.sun_direction)
         if self._light.sun_lx.sum() <= 0:
             self._tree_shadows = self._tree_shadows[:0]
@@ -145,7 +142,7 @@ class Renderer:
         if self._light is None or not (self._light.beam_on or snapshot.ego["headlight"] > 0):
             return None
         tables = self._tables[int(snapshot.ego["headlight"] > 1)]
-        return tables[0], _beam(camera_pose(self.config, snapshot.ego), snapshot.ego)
+        return tables[0], beam_place(camera_pose(self.config, snapshot.ego), snapshot.ego)
 
     def render(self, snapshot: Snapshot, *, luminance_only: bool = False, flash_lx: float = 0.0) -> Frame:
         """Render one moment.
@@ -170,27 +167,31 @@ class Renderer:
         channels = 1 if luminance_only else 3
         shape = (self._view.height_px, self._view.width_px)
         out = np.zeros((channels, *shape), np.float32)
-        depth, ids = np.zeros(shape, np.float32), np.zeros(shape, np.int32)
-        for plane in (self._alpha, self._nearest, self._weight):
-            plane[:] = 0
-        numbers, idents, looks, builds, bodies = self._actor_arrays(snapshot.actors)
-        env = self._environment(pose, snapshot.ego, light)
+        self._alpha.fill(0)
+        self._nearest.fill(0)
+        cast = self._actors.of(snapshot.actors)
+        constant = self._constant if light is self._light else constant_environment(light, self._weather)
+        env = environment(constant, pose, snapshot.ego, light)
         lamps = self._lamps(pose, scenery, light)
-        beams = self._beams(pose, snapshot.actors, light)
+        beams = others_beams(pose, snapshot.actors, light)
         self._table = self._tables[int(snapshot.ego["headlight"] > 1)]
         optics, rotation, camera = (pose.focal_px, pose.cx, pose.cy), pose.rotation, pose.origin
         v = self._vehicles
+        # A wet road mirrors and a tunnel hides by depth; the general ground kernel always fills it.
+        by_depth = self._weather.wetness > 0 or self._tunnel is not None or self._free is not None
+        owners = by_depth or not luminance_only
+        depth, ids = (np.zeros(shape, np.float32), np.zeros(shape, np.int32)) if owners else self._nobody
+        if owners:
+            self._weight.fill(0)
         planes = (out, self._alpha, self._nearest, self._weight, depth, ids)
-        # A wet road mirrors, and a tunnel hides, by depth.
-        owners = not luminance_only or self._weather.wetness > 0 or self._tunnel is not None
         panels = scenery.panels if self._street.straight else nearest_first(scenery.panels, camera)
         draw_scene(
-            *self._with_props(numbers, idents, looks, builds, camera), bodies,
+            *self._with_props(cast, camera),
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
             self._materials, scenery.capsules, scenery.groups, panels, (self._front_maps, scenery.map_frame, self._crowns),
             rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], planes, owners, self._buf,
         )  # fmt: skip
-        polygons, info, capsules = self._shadows(numbers, idents, builds, snapshot.ego, camera, light)
+        polygons, info, capsules = self._shadows(cast, snapshot.ego, camera, light)
         shadows, rest = (polygons, info, capsules), (out, self._alpha, self._weight, depth, ids)
         lights = (self._ground_map, scenery.ground_frame, beams, self._table)
         if self._free is not None:
@@ -203,8 +204,9 @@ class Renderer:
                 self._xs, shape, rest, owners, self._ground_work, self._buf,
             )  # fmt: skip
         self._mirror_in_road(pose, out, depth, ids)
-        luminance = np.empty(shape, np.float32)
-        finish_frame(out, depth, luminance)
+        luminance = out[0].copy() if luminance_only else np.empty(shape, np.float32)
+        if owners:
+            finish_frame(out, depth, luminance)
         if self._tunnel is not None:
             self._tunnel.enclose(out, luminance, depth, ids, pose, light)
         self._glare.add(out, luminance, self._alpha, pose, self._light)
@@ -262,10 +264,10 @@ class Renderer:
         v = self._vehicles
         xs = np.arange(shape[1], dtype=np.float32) + np.float32(0.5)
         draw_scene(
-            *self._actor_arrays(actor),
+            *self._actors.of(actor),
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
             self._materials, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame, self._crowns),
-            pose.rotation, pose.origin, self._environment(pose, snapshot.ego, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
+            pose.rotation, pose.origin, environment(self._constant, pose, snapshot.ego, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
             self._table, (pose.focal_px, pose.cx - u0, pose.cy - v0), xs, shape, (light, cover, inverse),
             (out, alpha, nearest, weight, depth, ids), True, self._buf,
         )  # fmt: skip
@@ -302,46 +304,10 @@ class Renderer:
             )
         return self._mirror[0][channels], self._mirror[1]
 
-    def _actor_arrays(
-        self, actors: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Turn records into the kernels' tables; appearance is drawn once per actor's looks."""
-        n = len(actors)
-        numbers, idents = np.empty((n, 14)), np.empty((n, 2), np.int64)
-        looks, builds, bodies = (
-            np.zeros((n, 8, 4)),
-            np.zeros((n, BUILD_SIZE)),
-            np.zeros((n, MAX_BODY, PART_SIZE)),
-        )
-        names = ("x", "y", "z", "yaw", "pitch", "model", "length", "width", "height", "gait_phase", "gait_stride", "head_yaw", "brake_light", "headlight")  # fmt: skip
-        for k, name in enumerate(names):
-            numbers[:, k] = actors[name]
-        idents[:, 0], idents[:, 1] = actors["id"], actors["kind"]
-        for i in range(n):
-            model, seed = int(actors["model"][i]), int(actors["seed"][i])
-            if idents[i, 1] == ActorKind.PEDESTRIAN:
-                accessory = ACCESSORIES[int(actors["accessory"][i])]
-                person = person_of(
-                    model, seed, float(actors["height"][i]), accessory, self._weather.rain_mm_h > 0
-                )
-                builds[i], bodies[i] = person.build, person.body
-                continue
-            if (model, seed) not in self._looks:
-                self._looks[model, seed] = _paint(model, seed)
-            looks[i] = self._looks[model, seed]
-        return numbers, idents, looks, builds, bodies
-
-    def _with_props(
-        self,
-        numbers: np.ndarray,
-        idents: np.ndarray,
-        looks: np.ndarray,
-        builds: np.ndarray,
-        camera: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    def _with_props(self, cast: Cast, camera: np.ndarray) -> Cast:
         """Add roofs and the furniture near by, which shrinks to nothing at the limit rather than pop up."""
-        if self._scenery is None:
-            return numbers, idents, looks, builds
+        if self._scenery is None or len(self._scenery.props.numbers) == 0:
+            return cast
         props = self._scenery.props
         away = np.sqrt((props.numbers[:, 0] - camera[0]) ** 2 + (props.numbers[:, 1] - camera[1]) ** 2)
         scale = np.clip((FURNITURE_RANGE_M - away) / FURNITURE_FADE_M, 0.0, 1.0)
@@ -349,71 +315,38 @@ class Renderer:
         seen = scale > 0
         static = props.numbers[seen]
         static[:, 6:9] *= scale[seen, None]
-        return (
-            np.concatenate([numbers, static]), np.concatenate([idents, props.idents[seen]]), np.concatenate([looks, props.looks[seen]]),
-            np.concatenate([builds, np.zeros((len(static), builds.shape[1]))]),
+        return Cast(
+            np.concatenate([cast.numbers, static]), np.concatenate([cast.idents, props.idents[seen]]),
+            np.concatenate([cast.looks, props.looks[seen]]), cast.builds, cast.bodies,
         )  # fmt: skip
 
     def _shadows(
-        self,
-        numbers: np.ndarray,
-        idents: np.ndarray,
-        builds: np.ndarray,
-        ego: np.ndarray,
-        camera: np.ndarray,
-        light: Light,
+        self, cast: Cast, ego: np.ndarray, camera: np.ndarray, light: Light
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Cast the shadows of actors, the ego and the trees near by."""
-        own, own_ident, _, own_build, _ = self._actor_arrays(ego.reshape(1))
-        numbers, kinds = np.concatenate([numbers, own]), np.concatenate([idents, own_ident])[:, 1]
+        own = self._actors.of(ego.reshape(1))
+        numbers, kinds, builds = (
+            np.concatenate([cast.numbers, own.numbers]),
+            np.concatenate([cast.idents[:, 1], own.idents[:, 1]]),
+            np.concatenate([cast.builds, own.builds]),
+        )
         trees = self._tree_shadows[np.abs(self._tree_shadows[:, 0] - camera[0]) < 90.0]
-        polygons = np.zeros((POLYGONS_PER_ACTOR * len(numbers), MAX_EDGES, 3))
-        info = np.zeros((POLYGONS_PER_ACTOR * len(numbers), 8))
-        capsules = np.zeros((CAPSULES_PER_ACTOR * len(numbers) + len(trees), 9))
+        polygons = np.zeros((POLYGONS_PER_ACTOR * len(numbers), MAX_EDGES, 3), np.float32)
+        info = np.zeros((POLYGONS_PER_ACTOR * len(numbers), 8), np.float32)
+        capsules = np.zeros((CAPSULES_PER_ACTOR * len(numbers) + len(trees), 9), np.float32)
         capsules[: len(trees)] = trees
-        sunny = bool(light.sun_lx.sum() > 0)
+        sunny = bool(light.sun_lx[1] > 0)
         shear = sun_shear(light.sun_direction) if sunny else (0.0, 0.0)
         n, m = cast_shadows(
-            numbers,
-            kinds,
-            np.concatenate([builds, own_build]),
-            shear,
-            sunny,
-            polygons,
-            info,
-            capsules,
-            len(trees),
-        )
-        return polygons[:n].astype(np.float32), info[:n].astype(np.float32), capsules[:m].astype(np.float32)
-
-    def _environment(self, pose: CameraPose, ego: np.ndarray, light: Light) -> np.ndarray:
-        """Fill the kernels' vector of light and air in camera coordinates."""
-        env = np.zeros(env_at.ENV_SIZE)
-        env[env_at.ENV_SUN_DIRECTION : env_at.ENV_SUN_DIRECTION + 3] = pose.rotation @ light.sun_direction
-        env[env_at.ENV_UP : env_at.ENV_UP + 3] = pose.rotation[:, 2]
-        for at, value in (
-            (env_at.ENV_SUN, light.sun_lx), (env_at.ENV_SKY, light.sky_lx), (env_at.ENV_BOUNCE, light.bounce_lx),
-            (env_at.ENV_AIR, light.horizon), (env_at.ENV_ZENITH, light.zenith), (env_at.ENV_LAMP, light.lamp_lx),
-            (env_at.ENV_WINDOW, light.window), (env_at.ENV_BEAM_TINT, BEAM_TINT),
-        ):  # fmt: skip
-            env[at : at + 3] = value
-        env[env_at.ENV_BETA] = self._weather.extinction_per_m
-        env[env_at.ENV_BEAM] = float(light.beam_on or ego["headlight"] > 0)
-        env[env_at.ENV_WET] = self._weather.wetness
-        env[env_at.ENV_BEAM_POSITION : env_at.ENV_BEAM_POSITION + 12] = _beam(pose, ego)
-        return env
+            numbers, kinds, builds, shear, sunny, polygons, info, capsules, len(trees)
+        )  # fmt: skip
+        return polygons[:n], info[:n], capsules[:m]
 
     def _lamps(self, pose: CameraPose, scenery: Scenery, light: Light) -> np.ndarray:
         if light.lamp_lx.sum() <= 0:
             return np.zeros((0, 3))
         near = np.abs(scenery.lamps[:, 0] - pose.origin[0]) < LAMP_RANGE_M
         return np.ascontiguousarray(np.einsum("ij,nj->ni", pose.rotation, scenery.lamps[near] - pose.origin))
-
-    def _beams(self, pose: CameraPose, actors: np.ndarray, light: Light) -> np.ndarray:
-        shining = [
-            a for a in actors if light.beam_on and a["kind"] == ActorKind.VEHICLE and a["headlight"] > 0
-        ]
-        return np.array([[*_beam(pose, a), float(a["headlight"])] for a in shining]).reshape(-1, 13)
 
 
 def _beam_tables() -> np.ndarray:
@@ -442,29 +375,3 @@ def _reach(pose: CameraPose, actors: np.ndarray) -> tuple[int, int, int, int]:
     u0, u1 = (min(max(u, -w), 2 * w) for u in (u0, u1))
     v0, v1 = (min(max(v, -h), 2 * h) for v in (v0, v1))
     return math.floor(u0), math.floor(v0), math.ceil(u1), math.ceil(v1)
-
-
-def _beam(pose: CameraPose, vehicle: np.ndarray) -> np.ndarray:
-    """Low beam of a vehicle: position, forward, left and up in camera coordinates."""
-    yaw, pitch = float(vehicle["yaw"]), float(vehicle["pitch"])
-    flat = np.array([math.cos(yaw), math.sin(yaw), 0.0])
-    left = np.array([-math.sin(yaw), math.cos(yaw), 0.0])
-    up = np.array([0.0, 0.0, 1.0])
-    forward = math.cos(pitch) * flat - math.sin(pitch) * up
-    upright = math.sin(pitch) * flat + math.cos(pitch) * up
-    place = np.array([float(vehicle["x"]), float(vehicle["y"]), float(vehicle["z"])])
-    place = place + 0.5 * float(vehicle["length"]) * forward + 0.65 * upright
-    r = pose.rotation
-    turn = [
-        np.array([float((r[k] * axis).sum()) for k in range(3)])
-        for axis in (place - pose.origin, forward, left, upright)
-    ]
-    return np.concatenate(turn)
-
-
-def _paint(model: int, seed: int) -> np.ndarray:
-    """(8, 4) colours of a vehicle: its paint first."""
-    look = np.zeros((8, 4))
-    rng = np.random.default_rng([seed & 0xFFFFFFFF, model, 33])
-    look[0, :3] = PAINTS[rng.integers(len(PAINTS))]
-    return look

@@ -67,7 +67,9 @@ class Weather:
         require(0 <= self.cloudiness <= 1, "cloudiness", self.cloudiness, "0 to 1")
         require(abs(self.wind_mps) <= 60, "wind_mps", self.wind_mps, "-60 to 60")
         require(-90 <= self.sun_altitude_deg <= 90, "sun_altitude_deg", self.sun_altitude_deg, "-90 to 90")
-        require(self.tunnel_exit_m < 1e4, "tunnel_exit_m", self.tunnel_exit_m, "below 10,000 (-inf: no tunnel)")
+        require(
+            self.tunnel_exit_m < 1e4, "tunnel_exit_m", self.tunnel_exit_m, "below 10,000 (-inf: no tunnel)"
+        )
         require(0.03 <= self.friction <= 1.2, "friction", self.friction, "0.03 to 1.2")
 
     @property

@@ -39,7 +39,7 @@ def test_contrast_of_black_cloth_in_fog_follows_koschmieder(monkeypatch):
     body = someone.body.copy()
     body[:, 10:14] = 0.0
     black = replace(someone, body=body)
-    monkeypatch.setattr("pedcross_env.camera.renderer.person_of", lambda *looks: black)
+    monkeypatch.setattr("pedcross_env.camera.actor_tables.person_of", lambda *looks: black)
     camera = renderer(FOG)
     beta, air = FOG.extinction_per_m, light_of(FOG).airlight
     for distance in (6.0, 15.0, 30.0):

@@ -30,20 +30,12 @@ def _luminance_row(red, green, blue, out):
 
 
 @kernel
-def _copy_row(source, out):
-    for i in range(out.shape[0]):
-        out[i] = source[i]
-
-
-@kernel
 def finish_frame(out, depth, luminance):
-    """Turn ``depth`` from inverse metres to metres (inf: sky) and fill ``luminance``."""
+    """Turn ``depth`` from inverse metres to metres (inf: sky) and fill ``luminance`` if there is colour."""
     for row in range(luminance.shape[0]):
         _depth_row(depth[row])
         if out.shape[0] == 3:
             _luminance_row(out[0, row], out[1, row], out[2, row], luminance[row])
-        else:
-            _copy_row(out[0, row], luminance[row])
 
 
 @kernel

@@ -1,0 +1,78 @@
+"""What stands and moves as the kernels' tables; appearance is looked up once per actor, not once per frame."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pedcross_env.camera.kernels.people import MAX_BODY, PART_SIZE
+from pedcross_env.camera.kernels.pose import BUILD_SIZE
+from pedcross_env.camera.people import person_of
+from pedcross_env.camera.vehicles import PAINTS
+from pedcross_env.contracts import ActorKind
+from pedcross_env.scenario import ACCESSORIES
+
+__all__ = ["ActorTables", "Cast"]
+
+NUMBERS = (
+    "x", "y", "z", "yaw", "pitch", "model", "length", "width", "height", "gait_phase", "gait_stride", "head_yaw", "brake_light",
+    "headlight",
+)  # fmt: skip
+LOOKS = ("id", "kind", "model", "seed", "height", "accessory")  # what an actor's appearance follows from
+
+
+class Cast(NamedTuple):
+    """Actors as tables.
+
+    Attributes:
+        numbers: (N, 14) float64: NUMBERS.
+        idents: (N, 2) int64: instance id, ActorKind.
+        looks: (N, 8, 4) a vehicle's paint in [:, 0, :3].
+        builds: (N, BUILD_SIZE) proportions of pedestrians.
+        bodies: (N, MAX_BODY, PART_SIZE) their capsules.
+    """
+
+    numbers: np.ndarray
+    idents: np.ndarray
+    looks: np.ndarray
+    builds: np.ndarray
+    bodies: np.ndarray
+
+
+class ActorTables:
+    """Makes tables of actors.
+
+    Args:
+        raining: Whether umbrellas are up.
+    """
+
+    def __init__(self, raining: bool) -> None:
+        self._raining = raining
+        self._known: dict[bytes, tuple[np.ndarray, ...]] = {}
+
+    def of(self, actors: np.ndarray) -> Cast:
+        """Return the tables of (N,) ACTOR_DTYPE; all but the numbers are shared between calls."""
+        numbers = np.empty((len(actors), len(NUMBERS)))
+        for k, name in enumerate(NUMBERS):
+            numbers[:, k] = actors[name]
+        key = b"".join([actors[name].tobytes() for name in LOOKS])
+        if key not in self._known:
+            self._known[key] = self._appearance(actors)
+        return Cast(numbers, *self._known[key])
+
+    def _appearance(self, actors: np.ndarray) -> tuple[np.ndarray, ...]:
+        n = len(actors)
+        idents, looks = np.empty((n, 2), np.int64), np.zeros((n, 8, 4))
+        builds, bodies = np.zeros((n, BUILD_SIZE)), np.zeros((n, MAX_BODY, PART_SIZE))
+        idents[:, 0], idents[:, 1] = actors["id"], actors["kind"]
+        for i, actor in enumerate(actors):
+            model, seed = int(actor["model"]), int(actor["seed"])
+            if actor["kind"] == ActorKind.PEDESTRIAN:
+                accessory = ACCESSORIES[int(actor["accessory"])]
+                person = person_of(model, seed, float(actor["height"]), accessory, self._raining)
+                builds[i], bodies[i] = person.build, person.body
+            else:
+                rng = np.random.default_rng([seed & 0xFFFFFFFF, model, 33])
+                looks[i, 0, :3] = PAINTS[rng.integers(len(PAINTS))]
+        return idents, looks, builds, bodies
