@@ -97,10 +97,12 @@ def test_nothing_is_nan_when_actors_cross_the_near_plane(weather):
         assert not np.isnan(frame.depth).any()
 
 
-def test_a_car_beside_the_camera_reaches_the_edge_of_the_image():
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_car_beside_the_camera_reaches_the_edge_of_the_image(side):
     """Its side runs from behind the camera to 3.4 m ahead."""
-    frame = renderer().render(snapshot(vehicle(4, 1.5, 0.3)))
-    assert (frame.instance[205:235, :65] == 4).all()
+    frame = renderer().render(snapshot(vehicle(4, 1.5, 0.3 if side == "left" else -3.8)))
+    seen = frame.instance[205:235, :65] if side == "left" else frame.instance[205:235, -65:]
+    assert (seen == 4).all()
 
 
 @pytest.mark.parametrize(("width", "height"), [(32, 32), (1600, 600), (33, 47)])

@@ -97,7 +97,9 @@ def test_a_millimetre_changes_every_pixel_by_little(weather):
         camera.render(snapshot(*crowd(), x=x, headlight=1.0), luminance_only=True).luminance.astype(float)
         for x in (2.0, 2.001)
     )
-    uncovered = camera.render(snapshot(*crowd()[:3], x=2.0, headlight=1.0), luminance_only=True).luminance.astype(float)
+    uncovered = camera.render(
+        snapshot(*crowd()[:3], x=2.0, headlight=1.0), luminance_only=True
+    ).luminance.astype(float)
     images = (before, uncovered)  # a lamp that a body hides to the last hundredth of a pixel is contrast too
     around = np.stack([np.roll(b, (i, j), (0, 1)) for b in images for i in (-1, 0, 1) for j in (-1, 0, 1)])
     contrast = around.max(axis=0) - around.min(axis=0)

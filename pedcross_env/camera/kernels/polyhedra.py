@@ -105,7 +105,10 @@ def _collect(
 
 @kernel
 def _step(edge, row, width, out):
-    """Leave an edge's steps of coverage in ``out``; return the columns of the first and the last, none as (width, -1)."""
+    """Leave an edge's steps of coverage in ``out``; return the columns of the first and the last, none as (width, -1).
+
+    What an edge beyond the image's right border would end reaches on to that border.
+    """
     low, high = max(edge[0], row + 0.0), min(edge[1], row + 1.0)
     if high - low <= 1e-12:
         return width, -1
@@ -115,7 +118,7 @@ def _step(edge, row, width, out):
         x0, x1 = x1, x0
     d = edge[4] * (high - low)
     if x0 >= width:
-        return width, -1
+        return width, width
     first = int(x0) if x0 > 0.0 else 0
     if x0 < 0.0:  # what is left of the image covers all from its first column on
         part = 1.0 if x1 <= 0.0 else -x0 / (x1 - x0)
