@@ -10,6 +10,7 @@ from pedcross_env.camera.actor_tables import ActorTables, Cast
 from pedcross_env.camera.environment import beam_place, constant_environment, environment, others_beams
 from pedcross_env.camera.free import draw_ground_freely, mirror_tilted, nearest_first
 from pedcross_env.camera.glare import Glare
+from pedcross_env.camera.kernels.crown import TEXTURE_CHANNELS
 from pedcross_env.camera.kernels.finish import finish_frame, mirror_in_road
 from pedcross_env.camera.kernels.ground import draw_ground_and_sky
 from pedcross_env.camera.kernels.scene import draw_scene
@@ -119,7 +120,9 @@ class Renderer:
             model_table(),
             material_table(),
         )  # some may have been registered since
-        self._crowns = crown_textures()
+        sums, columns = crown_textures(), self._buf.shape[1]
+        lines = np.empty((2, columns, TEXTURE_CHANNELS))
+        self._crowns = (sums, lines, np.empty(sums.shape[2]), np.empty((3, 4)))
         across = (self._scenery.across_low, ACROSS_TEXEL_M)
         tables = [
             snowed(table, *across, street, weather.snow_cover)

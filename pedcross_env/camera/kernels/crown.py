@@ -1,7 +1,8 @@
 """Crowns of trees and bushes: textures of leaves that face the camera.
 
-A crown is far finer than a pixel nearly everywhere. It is drawn from a texture made once (see scenery.foliage), through levels
-of detail that are blended, so that it changes smoothly at any distance; its leaves are lit with their own normals.
+A crown is far finer than a pixel nearly everywhere. It is drawn from a texture made once (see scenery.foliage) by its exact mean
+over each pixel, from running sums, so that a picture is the mean of any finer one. For the same reason the light on its leaves
+is linear in what the texture holds: the light on the mean leaf is the mean of the light on the leaves.
 """
 
 from __future__ import annotations
@@ -23,10 +24,14 @@ from pedcross_env.camera.kernels.lighting import (
 from pedcross_env.camera.kernels.polygons import grow
 from pedcross_env.camera.kernels.rows import F0, F1
 
-__all__ = ["TEXTURE_CHANNELS", "draw_crown", "splat_leaves"]
+__all__ = ["BORDER", "TEXTURE_CHANNELS", "draw_crown", "splat_leaves"]
 
-TEXTURE_CHANNELS = 4  # cover, tone, normal to the right, normal downwards; the last three times the cover
-THROUGH = np.float32(0.35)  # how far light passes round a leaf: leaves are translucent
+TEXTURE_CHANNELS = 5  # cover, tone, and times the tone: the normal to the right, downwards and away
+BORDER = 2  # nodes of the running sums before the texture's edge
+# leaves are translucent: light passes round them (the best line through the clamped cosine over leaves of every tilt)
+SUN_ROUND, SUN_FACING = 0.36, 0.50
+EMPTY = np.float32(1e-7)  # what rounding leaves where there is nothing
+SPARSE = 6.0  # texels per column from which a whole line of texels costs more than those at the columns
 LUMA = (0.2126, 0.7152, 0.0722)
 
 
@@ -36,11 +41,13 @@ def splat_leaves(leaves, image):
 
     Args:
         leaves: (N, 8) column, row, half length, half width (texels), angle, tone, normal to the right, normal downwards.
-        image: (S, S, 4) float32, changed.
+        image: (S, S, TEXTURE_CHANNELS) float32, changed; leaves show the side that faces the camera.
     """
     size = image.shape[0]
     for k in range(leaves.shape[0]):
         leaf = leaves[k]
+        tone, right, down = np.float32(leaf[5]), np.float32(leaf[6]), np.float32(leaf[7])
+        away = -np.sqrt(max(F0, F1 - right * right - down * down))
         reach = max(leaf[2], leaf[3]) + 1.0
         c, s = math.cos(leaf[4]), math.sin(leaf[4])
         for row in range(max(0, int(leaf[1] - reach)), min(size, int(leaf[1] + reach) + 2)):
@@ -51,9 +58,12 @@ def splat_leaves(leaves, image):
                 a = np.float32(min(1.0, max(0.0, (1.0 - d) * min(leaf[2], leaf[3]) + 0.5)))
                 if a <= F0:
                     continue
-                for m in range(3):
-                    image[row, column, 1 + m] += a * (np.float32(leaf[5 + m]) - image[row, column, 1 + m])
-                image[row, column, 0] += a * (F1 - image[row, column, 0])
+                texel = image[row, column]
+                texel[0] += a * (F1 - texel[0])
+                texel[1] += a * (tone - texel[1])
+                texel[2] += a * (tone * right - texel[2])
+                texel[3] += a * (tone * down - texel[3])
+                texel[4] += a * (tone * away - texel[4])
 
 
 @kernel
@@ -83,11 +93,68 @@ def _light_crown(centre, albedo, env, lamps, beams, table, work):
 
 
 @inlined
-def _mix(texels, at, below, f, g, k):
-    """Bilinear value of channel ``k`` between texels ``at`` and its right neighbour, and the two below them."""
-    upper = texels[at, k] + f * (texels[at + 1, k] - texels[at, k])
-    lower = texels[below, k] + f * (texels[below + 1, k] - texels[below, k])
-    return upper + g * (lower - upper)
+def _node(x, size):
+    """Middle node of three around ``x`` (texels) and the weights of the first and the last: the mean of the running sums' line
+    over one texel, so that a magnified texture is interpolated and a minified one is averaged, by one formula."""
+    x = min(max(x, -0.5), size + 0.5) + (BORDER + 0.5)
+    node = int(x)
+    f = x - node
+    return node, 0.5 * (1.0 - f) * (1.0 - f), 0.5 * f * f
+
+
+@kernel
+def _mix_lines(above, here, below, top, bottom, out):
+    between = 1.0 - top - bottom
+    for m in range(out.shape[0]):
+        out[m] = top * above[m] + between * here[m] + bottom * below[m]
+
+
+@kernel
+def _sums_line(sums, row, columns, step, start, mixed, line):
+    """Fill (columns + 1, TEXTURE_CHANNELS) running sums up to texture row ``row`` and to each column's edges.
+
+    Args:
+        sums: (N, N * TEXTURE_CHANNELS) of this crown.
+        row: Texels.
+        columns: How many.
+        step: Texels per column.
+        start: Texels, the first edge.
+        mixed: (>= N * TEXTURE_CHANNELS,) work space.
+        line: Filled.
+    """
+    size = sums.shape[0] - 2 * BORDER - 1
+    j, top, bottom = _node(row, size)
+    k0, k1 = _node(start, size)[0], _node(start + step * columns, size)[0]
+    if abs(step) < SPARSE:
+        low, high = (min(k0, k1) - 1) * TEXTURE_CHANNELS, (max(k0, k1) + 2) * TEXTURE_CHANNELS
+        _mix_lines(
+            sums[j - 1, low:high], sums[j, low:high], sums[j + 1, low:high], top, bottom, mixed[low:high]
+        )
+    for i in range(columns + 1):
+        k, left, right = _node(start + step * i, size)
+        middle = 1.0 - left - right
+        at = (k - 1) * TEXTURE_CHANNELS
+        if abs(step) >= SPARSE:  # only the texels that count
+            low, high = at, at + 3 * TEXTURE_CHANNELS
+            _mix_lines(
+                sums[j - 1, low:high], sums[j, low:high], sums[j + 1, low:high], top, bottom, mixed[low:high]
+            )
+        for c in range(TEXTURE_CHANNELS):
+            line[i, c] = (
+                left * mixed[at + c]
+                + middle * mixed[at + TEXTURE_CHANNELS + c]
+                + right * mixed[at + 2 * TEXTURE_CHANNELS + c]
+            )
+
+
+@kernel
+def _crown_light(light, heads, sun, head, flip, out):
+    """Fill (C, 4): radiance per tone, and per tone times the normal's three directions."""
+    for c in range(out.shape[0]):
+        out[c, 0] = light[c, 0] + light[c, 4] * SUN_ROUND
+        for k in range(3):
+            out[c, 1 + k] = light[c, 1 + k] + light[c, 4] * SUN_FACING * sun[k] + heads[c, 0] * head[k]
+        out[c, 1] *= flip
 
 
 @kernel
@@ -97,7 +164,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     Args:
         crown: (9,) texture, centre (world), half width (negative: mirrored), half height (metres), albedo r, g, b.
         centre: (3,) camera coordinates.
-        textures: (texels (S, T, 4) float32, levels (L, 2) offset and size, the finest first; each has a border of one empty texel).
+        textures: (running sums, see scenery.foliage; (2, >= W + 1, TEXTURE_CHANNELS), (N * TEXTURE_CHANNELS,) and (3, 4) work space).
         env: See kernels.lighting.
         lamps: (L, 3) camera coordinates.
         beams: (B, 13).
@@ -111,13 +178,14 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     focal, cx, cy = optics
     height, width = size
     planes, alpha, inverse = scratch
-    texels, levels = textures
-    texels = texels[int(crown[0])]
+    sums, lines, mixed, radiance = textures
+    sums = sums[int(crown[0])]
+    texels = sums.shape[0] - 2 * BORDER - 1
     half_w, half_h = abs(crown[4]), crown[5]
     z = centre[2]
     # beside the camera a flat crown would turn into a wall: it thins out before
-    fade = np.float32(min(1.0, max(0.0, z / half_w - 0.4)))
-    if fade <= F0:
+    fade = min(1.0, max(0.0, z / half_w - 0.4))
+    if fade <= 0.0:
         return
     rx, ry = focal * half_w / z, focal * half_h / z
     u0, v0 = cx + focal * centre[0] / z, cy + focal * centre[1] / z
@@ -129,57 +197,35 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     if row1 <= row0 or b <= a:
         return
     _light_crown(centre, crown[6:9], env, lamps, beams, table, work)
-    light, heads, sun, head = work[2], work[3], work[4], work[5]
+    flip = 1.0 if crown[4] > 0 else -1.0
     channels = planes.shape[0]
-    rate = max(1.0, max(0.5 * levels[0, 1] / rx, 0.5 * levels[0, 1] / ry))  # texels per pixel
-    detail = min(math.log2(rate), levels.shape[0] - 1.001)
-    fine = int(detail)
-    blend = np.float32(detail - fine)
-    offset0, size0 = levels[fine, 0], levels[fine, 1]
-    offset1, size1 = levels[fine + 1, 0], levels[fine + 1, 1]
+    light = radiance[:channels]
+    _crown_light(work[2], work[3], work[4], work[5], flip, light)
     depth_inverse = np.float32(1.0 / max(z - 0.35 * half_w, 0.5 * z))
-    step = (1.0 if crown[4] > 0 else -1.0) * 0.5 / rx
-    flip = np.float32(1.0 if crown[4] > 0 else -1.0)
+    step, fall = flip * 0.5 * texels / rx, 0.5 * texels / ry  # texels per column, per row
+    start, top = 0.5 * texels + step * (a - u0), 0.5 * texels + fall * (row0 - v0)
+    share = flip * fade / (step * flip * fall)
+    _sums_line(sums, top, b - a, step, start, mixed, lines[row0 & 1])
     for row in range(row0, row1):
-        q = min(1.0, max(0.0, 0.5 + 0.5 * (row + 0.5 - v0) / ry))
-        y0, y1 = q * size0 + 0.5, q * size1 + 0.5  # the border is one texel wide
-        j0, j1 = int(y0), int(y1)
-        g0, g1 = np.float32(y0 - j0), np.float32(y1 - j1)
-        line0, line1 = offset0 + j0 * (size0 + 2), offset1 + j1 * (size1 + 2)
+        upper, lower = lines[row & 1], lines[(row + 1) & 1]
+        _sums_line(sums, top + fall * (row + 1 - row0), b - a, step, start, mixed, lower)
         first, beyond = b, a
         for i in range(a, b):
-            p = min(1.0, max(0.0, 0.5 + step * (i + 0.5 - u0)))
-            x1 = p * size1 + 0.5
-            i1 = int(x1)
-            f1, at1 = np.float32(x1 - i1), line1 + i1
-            coarse = _mix(texels, at1, at1 + size1 + 2, f1, g1, 0)
-            if coarse <= F0:
+            p = i - a
+            cover = np.float32(share * ((lower[p + 1, 0] - lower[p, 0]) - (upper[p + 1, 0] - upper[p, 0])))
+            if cover <= EMPTY:
                 continue
-            x0 = p * size0 + 0.5
-            i0 = int(x0)
-            f0, at0 = np.float32(x0 - i0), line0 + i0
-            under0, under1 = at0 + size0 + 2, at1 + size1 + 2
-            cover = _mix(texels, at0, under0, f0, g0, 0)
-            cover += blend * (coarse - cover)
-            if cover <= F0:
-                continue
-            tone, nx, ny = (
-                _mix(texels, at0, under0, f0, g0, 1), _mix(texels, at0, under0, f0, g0, 2), _mix(texels, at0, under0, f0, g0, 3),
-            )  # fmt: skip
-            scale = F1 / cover
-            tone = (tone + blend * (_mix(texels, at1, under1, f1, g1, 1) - tone)) * scale
-            nx = (nx + blend * (_mix(texels, at1, under1, f1, g1, 2) - nx)) * scale * flip
-            ny = (ny + blend * (_mix(texels, at1, under1, f1, g1, 3) - ny)) * scale
-            nz = -np.sqrt(max(F0, F1 - nx * nx - ny * ny))
-            cos_sun = max(F0, sun[0] * nx + sun[1] * ny + sun[2] * nz + THROUGH) / (F1 + THROUGH)
-            cos_head = max(F0, head[0] * nx + head[1] * ny + head[2] * nz)
-            cover *= fade
-            alpha[row, i] = cover
+            tone, right, down, away = (
+                share * ((lower[p + 1, 1] - lower[p, 1]) - (upper[p + 1, 1] - upper[p, 1])),
+                share * ((lower[p + 1, 2] - lower[p, 2]) - (upper[p + 1, 2] - upper[p, 2])),
+                share * ((lower[p + 1, 3] - lower[p, 3]) - (upper[p + 1, 3] - upper[p, 3])),
+                share * ((lower[p + 1, 4] - lower[p, 4]) - (upper[p + 1, 4] - upper[p, 4])),
+            )
+            alpha[row, i] = min(F1, cover)
             inverse[row, i] = depth_inverse
             first, beyond = min(first, i), i + 1
             for c in range(channels):
-                value = light[c, 0] + light[c, 1] * nx + light[c, 2] * ny + light[c, 3] * nz
-                value += light[c, 4] * cos_sun + heads[c, 0] * cos_head
-                planes[c, row, i] = cover * tone * value
+                value = light[c, 0] * tone + light[c, 1] * right + light[c, 2] * down + light[c, 3] * away
+                planes[c, row, i] = np.float32(max(0.0, value))
         if beyond > first:
             grow(spans, row, first, beyond)

@@ -1,4 +1,4 @@
-"""Textures of crowns: leaves in three dimensions, seen from the side, at several levels of detail."""
+"""Textures of crowns: leaves in three dimensions, seen from the side."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from pedcross_env.camera.kernels.crown import TEXTURE_CHANNELS, splat_leaves
+from pedcross_env.camera.kernels.crown import BORDER, TEXTURE_CHANNELS, splat_leaves
 
 __all__ = ["BARE", "COLUMNAR", "CONIFERS", "ROUND", "crown_textures"]
 
-SIZE = 256  # texels along the finest level
-COARSEST = 4
+SIZE = 256  # texels along a side
 ROUND, COLUMNAR, CONIFERS, BARE = (0, 1, 2), (3,), (4,), (5, 6)
 """Which textures belong to a species."""
 
@@ -128,29 +127,22 @@ def _bare(rng: np.random.Generator) -> np.ndarray:
     return np.array(strokes)
 
 
-def _pyramid(leaves: np.ndarray) -> np.ndarray:
-    """All levels of one texture, the finest first, as (texels, 4)."""
+def _running_sums(leaves: np.ndarray) -> np.ndarray:
+    """(N, N * C) sums of the texture above and left of each of its texels' corners."""
     image = np.zeros((SIZE, SIZE, TEXTURE_CHANNELS), np.float32)
     splat_leaves(leaves, image)
-    parts = []
-    while True:
-        parts.append(np.pad(image, ((1, 1), (1, 1), (0, 0))).reshape(-1, TEXTURE_CHANNELS))
-        if len(image) == COARSEST:
-            return np.concatenate(parts)
-        image = 0.25 * (image[::2, ::2] + image[1::2, ::2] + image[::2, 1::2] + image[1::2, 1::2])
+    wide = np.pad(image.astype(np.float64), ((BORDER + 1, BORDER), (BORDER + 1, BORDER), (0, 0)))
+    return wide.cumsum(axis=0).cumsum(axis=1).reshape(len(wide), -1)
 
 
 @lru_cache(maxsize=1)
-def crown_textures() -> tuple[np.ndarray, np.ndarray]:
+def crown_textures() -> np.ndarray:
     """Return all crowns.
 
     Returns:
-        texels: (S, T, 4) float32: cover, and times the cover: tone, normal to the right, normal downwards.
-        levels: (L, 2) int64: where a level starts in T, and its size without the empty texel around it; the finest first.
+        (S, N, N * 5) float64, N = texels along a side + 2 BORDER + 1: per crown, row and column the running sums of the cover, the tone, and the tone times the
+        leaf's normal to the right, downwards and away. Node BORDER is the texture's edge.
     """
     makers = (_round, _round, _round, _columnar, _conifer, _bare, _bare)
     rngs = np.random.default_rng(31_415).spawn(len(makers))
-    texels = np.stack([_pyramid(make(rng)) for make, rng in zip(makers, rngs, strict=True)])
-    sizes = [SIZE >> k for k in range(int(math.log2(SIZE // COARSEST)) + 1)]
-    offsets = np.concatenate([[0], np.cumsum([(s + 2) ** 2 for s in sizes])[:-1]])
-    return np.ascontiguousarray(texels), np.stack([offsets, sizes], axis=1).astype(np.int64)
+    return np.stack([_running_sums(make(rng)) for make, rng in zip(makers, rngs, strict=True)])
