@@ -44,7 +44,7 @@ class CheckpointsConfig:
     """Folder that receives the finished checkpoints; None: that of the installed package."""
     models: tuple[str, ...] = tuple(EPOCHS)
     modalities: tuple[Modality, ...] = MODALITIES
-    videos: int = 80
+    videos: int = 70
     """Per subset; these networks are short of scenes, not of epochs."""
     width: float = 0.125
     """Of the networks: 8 to 64 channels instead of 64 to 512, 0.7 MB each."""
