@@ -10,7 +10,7 @@ from pedcross_env.camera.kernels.street_profile import STREET_ROWS, WORK_SIZE
 from pedcross_env.camera.layout import GroundTables
 from pedcross_env.camera.pinhole import CameraPose
 
-__all__ = ["draw_ground_freely", "horizon_line", "mirror_tilted", "nearest_first"]
+__all__ = ["draw_ground_freely", "horizon_line", "mirror_tilted"]
 
 
 def horizon_line(pose: CameraPose) -> tuple[float, float]:
@@ -21,19 +21,6 @@ def horizon_line(pose: CameraPose) -> tuple[float, float]:
     up = pose.rotation[:, 2]
     tilt = -up[0] / up[1]
     return float(pose.cy - pose.focal_px * up[2] / up[1] - tilt * pose.cx), float(tilt)
-
-
-def nearest_first(panels: np.ndarray, camera: np.ndarray) -> np.ndarray:
-    """Sort walls by their distance from the camera.
-
-    Two walls that share a pixel at their common end cover all of it only if nothing farther was drawn there before.
-    """
-    x, y = camera[0] - panels[:, 0], camera[1] - panels[:, 1]
-    along = np.clip(x * panels[:, 3] + y * panels[:, 4], 0.0, panels[:, 6])
-    away = np.hypot(x - along * panels[:, 3], y - along * panels[:, 4])
-    # walls that meet at their nearest corner are told apart by their middles, so that rounding never swaps them
-    middle = np.hypot(x - 0.5 * panels[:, 6] * panels[:, 3], y - 0.5 * panels[:, 6] * panels[:, 4])
-    return np.ascontiguousarray(panels[np.argsort(away + 0.02 * middle, kind="stable")])
 
 
 def draw_ground_freely(

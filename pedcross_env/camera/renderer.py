@@ -8,7 +8,7 @@ import numpy as np
 
 from pedcross_env.camera.actor_tables import ActorTables, Cast
 from pedcross_env.camera.environment import beam_place, constant_environment, environment, others_beams
-from pedcross_env.camera.free import draw_ground_freely, mirror_tilted, nearest_first
+from pedcross_env.camera.free import draw_ground_freely, mirror_tilted
 from pedcross_env.camera.glare import Glare
 from pedcross_env.camera.kernels.crown import TEXTURE_CHANNELS
 from pedcross_env.camera.kernels.finish import finish_frame, mirror_in_road
@@ -187,11 +187,10 @@ class Renderer:
         if owners:
             self._weight.fill(0)
         planes = (out, self._alpha, self._nearest, self._weight, depth, ids)
-        panels = scenery.panels if self._street.straight else nearest_first(scenery.panels, camera)
         draw_scene(
             *self._with_props(cast, camera),
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
-            self._materials, scenery.capsules, scenery.groups, panels, (self._front_maps, scenery.map_frame, self._crowns),
+            self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
             rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], planes, owners, self._buf,
         )  # fmt: skip
         polygons, info, capsules = self._shadows(cast, snapshot.ego, camera, light)

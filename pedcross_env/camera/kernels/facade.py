@@ -19,8 +19,8 @@ from pedcross_env.camera.kernels.lighting import (
     head_irradiance,
     sky_radiance,
 )  # fmt: skip
-from pedcross_env.camera.kernels.polygons import MAX_CORNERS, cover_row, grow, project_clipped, row_range
-from pedcross_env.camera.kernels.rows import F0, F1, HALF, hash01, merge_row
+from pedcross_env.camera.kernels.polygons import NEAR_M, cover_row, grow, row_range
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, add_row, hash01
 
 __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 
@@ -52,7 +52,7 @@ def _interval(low_end, high_end, low, high):
 
 
 @kernel
-def _place(xs, ys, v0, v1, v2, along, up, shift_s, shift_t, inverse, s, t, ws, wt):
+def _place(xs, ys, v0, v1, v2, least, most, along, up, shift_s, shift_t, inverse, s, t, ws, wt):
     """Inverse depth, position on the panel and the pixel's extent there: all rational in column and row.
 
     A box as wide as the gradient is long has the variance of the true footprint (two boxes folded), and so its edges' width.
@@ -61,8 +61,8 @@ def _place(xs, ys, v0, v1, v2, along, up, shift_s, shift_t, inverse, s, t, ws, w
     t0, t1, t2 = up
     for i in range(xs.shape[0]):
         x, y = xs[i], ys[i]
-        inv = v0 + v1 * x + v2 * y
-        z = F1 / max(inv, np.float32(1e-6))
+        inv = min(most, max(least, v0 + v1 * x + v2 * y))  # a pixel's middle may lie beyond the panel's edge
+        z = F1 / inv
         a, b = s0 + s1 * x + s2 * y, t0 + t1 * x + t2 * y
         z2 = z * z
         inverse[i] = inv
@@ -282,27 +282,57 @@ def _slopes(direction, optics):
 def panel_work():
     """Allocate what ``draw_panel`` works in."""
     return (
-        np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((4, 3)), np.empty((MAX_CORNERS, 2)),
-        np.empty(3), np.empty((4097, 2), np.int64),
+        np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((4097, 3), np.int64),
     )  # fmt: skip
 
 
 @kernel
-def draw_panel(
-    panel, rotation, camera, env, table, lamp_maps, map_frame, optics, xs, size, scratch, buf, work, spans
-):
-    """Draw one panel into the buildings' scratch planes; nothing where the camera is behind it.
+def _list_pixels(corners, counts, parts, place, height, width, xs, listed, buf):
+    """List pixels from part ``place[0]``, row ``place[1]`` on: their coverage, column and row; few long loops, not many short ones.
 
-    ``work`` is from ``panel_work``; ``lamp_maps`` is (maps, rows, columns) lx, right and left fronts first, ``map_frame`` (start x, step).
+    Returns:
+        The number of pixels and of the entries (row, first column, column beyond the last) in ``listed``.
+    """
+    part, row = place[0], place[1]
+    n = entries = 0
+    top = bottom = 0
+    if part < parts:
+        top, bottom = row_range(corners[part], counts[part], height)
+    row = max(row, top)
+    while part < parts and n < CHUNK:
+        if row < bottom:
+            a, b = cover_row(corners[part], counts[part], row, width, buf[0, n:])
+            if b > a:
+                listed[entries, 0], listed[entries, 1], listed[entries, 2] = row, a, b
+                entries += 1
+                for i in range(b - a):
+                    buf[21, n + i] = xs[a + i]
+                    buf[22, n + i] = np.float32(row + 0.5)
+                n += b - a
+            row += 1
+        else:
+            part += 1
+            if part < parts:
+                row, bottom = row_range(corners[part], counts[part], height)
+    place[0], place[1] = part, row
+    return n, entries
+
+
+@kernel
+def draw_panel(
+    panel, seen, rotation, camera, env, table, lamp_maps, map_frame, optics, xs, size, scratch, buf, work, spans
+):
+    """Draw what is seen of one panel into the buildings' scratch planes.
+
+    ``seen`` is (corners, their numbers, parts) from ``visible.visible_parts``; ``work`` is from ``panel_work``; ``lamp_maps`` is
+    (maps, rows, columns) lx, right and left fronts first, ``map_frame`` (start x, step).
     """
     focal, cx, cy = optics
     height, width = size
     planes = scratch[0]
-    # the outward normal is axis x up, so that a panel is seen counter-clockwise
+    part_corners, part_counts, parts = seen
     nx, ny = panel[4], -panel[3]
-    if (camera[0] - panel[0]) * nx + (camera[1] - panel[1]) * ny <= 1e-6:
-        return
-    axis, normal, up, origin, corners3, corners, point, listed = work
+    axis, normal, up, origin, point, listed = work
     for k in range(3):
         axis[k] = rotation[k, 0] * panel[3] + rotation[k, 1] * panel[4]
         normal[k] = rotation[k, 0] * nx + rotation[k, 1] * ny
@@ -311,15 +341,9 @@ def draw_panel(
             rotation[k, 0] * (panel[0] - camera[0]) + rotation[k, 1] * (panel[1] - camera[1])
             + rotation[k, 2] * (panel[2] - camera[2])
         )  # fmt: skip
-    for i in range(4):
-        s = panel[6] if i in (1, 2) else 0.0
-        t = panel[7] if i >= 2 else 0.0
-        for k in range(3):
-            corners3[i, k] = origin[k] + s * axis[k] + t * up[k]
-    count = project_clipped(corners3, 4, focal, cx, cy, corners)
-    if count < 3:
-        return
-    top, bottom = row_range(corners, count, height)
+    across, rise = axis[2] * panel[6], up[2] * panel[7]
+    nearest = max(NEAR_M, origin[2] + min(0.0, across) + min(0.0, rise))
+    farthest = max(NEAR_M, origin[2] + max(0.0, across) + max(0.0, rise))
     distance = normal[0] * origin[0] + normal[1] * origin[1] + normal[2] * origin[2]
     shift_s = axis[0] * origin[0] + axis[1] * origin[1] + axis[2] * origin[2]
     shift_t = up[0] * origin[0] + up[1] * origin[1] + up[2] * origin[2]
@@ -343,22 +367,17 @@ def draw_panel(
         16,
         17,
     )
-    row = top
-    while row < bottom:
-        first, n = row, 0
-        while row < bottom and n < CHUNK:  # a list of pixels: few long loops instead of many short ones
-            a, b = cover_row(corners, count, row, width, buf[0, n:])
-            listed[row - first, 0], listed[row - first, 1] = a, b
-            for i in range(b - a):
-                buf[21, n + i] = xs[a + i]
-                buf[22, n + i] = np.float32(row + 0.5)
-            n += b - a
-            row += 1
+    place = listed[4096]
+    place[0] = place[1] = 0
+    while place[0] < parts:
+        n, entries = _list_pixels(
+            part_corners, part_counts, parts, place, height, width, xs, listed, buf
+        )
         if n == 0:
             continue
         x, y = buf[21, :n], buf[22, :n]
         _place(
-            x, y, np.float32(v0), np.float32(v1), np.float32(v2), _slopes(axis, optics), _slopes(up, optics), np.float32(shift_s),
+            x, y, np.float32(v0), np.float32(v1), np.float32(v2), np.float32(1.0 / farthest), np.float32(1.0 / nearest), _slopes(axis, optics), _slopes(up, optics), np.float32(shift_s),
             np.float32(shift_t), buf[inverse, :n], buf[s, :n], buf[t, :n], buf[ws, :n], buf[wt, :n],
         )  # fmt: skip
         if panel[11] > 0:
@@ -415,13 +434,11 @@ def draw_panel(
         if planes.shape[0] == 1 and night:
             _to_luminance(buf[4, :n], buf[5, :n], buf[6, :n])
         at = 0
-        for r in range(first, row):
-            a, b = listed[r - first, 0], listed[r - first, 1]
-            if b > a:
-                end = at + b - a
-                merge_row(buf, 4, 0, 2, at, scratch, r, a, b)
-                grow(spans, r, a, b)
-                at = end
+        for r in range(entries):
+            row, a, b = listed[r, 0], listed[r, 1], listed[r, 2]
+            add_row(buf, 4, 0, 2, at, scratch, row, a, b)
+            grow(spans, row, a, b)
+            at += b - a
 
 
 @kernel

@@ -11,6 +11,7 @@ import numpy as np
 from pedcross_env.camera.kernels.jit import inlined, kernel
 
 __all__ = [
+    "add_row",
     "composite_row",
     "exp_minus",
     "fill_row",
@@ -116,6 +117,42 @@ def merge_row(buf, colour, cover, depth, at, scratch, row, a, b):
         _merge_grey(new, inverse_new, buf[colour, at:e], alpha, inverse, planes[0, row, a:b])
     else:
         _merge_colour(
+            new, inverse_new, buf[colour, at:e], buf[colour + 1, at:e], buf[colour + 2, at:e], alpha, inverse,
+            planes[0, row, a:b], planes[1, row, a:b], planes[2, row, a:b],
+        )  # fmt: skip
+
+
+@kernel
+def _add_grey(cover, depth, colour, alpha, inverse, plane):
+    for i in range(alpha.shape[0]):
+        new, old = cover[i], alpha[i]
+        inverse[i] = (inverse[i] * old + depth[i] * new) / max(old + new, TINY)
+        alpha[i] = min(F1, old + new)
+        plane[i] += colour[i] * new
+
+
+@kernel
+def _add_colour(cover, depth, red, green, blue, alpha, inverse, plane0, plane1, plane2):
+    for i in range(alpha.shape[0]):
+        new, old = cover[i], alpha[i]
+        inverse[i] = (inverse[i] * old + depth[i] * new) / max(old + new, TINY)
+        alpha[i] = min(F1, old + new)
+        plane0[i] += red[i] * new
+        plane1[i] += green[i] * new
+        plane2[i] += blue[i] * new
+
+
+@kernel
+def add_row(buf, colour, cover, depth, at, scratch, row, a, b):
+    """Add a primitive's pixels to its object where their visible shares add up to 1 at most; see ``merge_row``."""
+    planes, alphas, inverses = scratch
+    e = at + b - a
+    new, inverse_new = buf[cover, at:e], buf[depth, at:e]
+    alpha, inverse = alphas[row, a:b], inverses[row, a:b]
+    if planes.shape[0] == 1:
+        _add_grey(new, inverse_new, buf[colour, at:e], alpha, inverse, planes[0, row, a:b])
+    else:
+        _add_colour(
             new, inverse_new, buf[colour, at:e], buf[colour + 1, at:e], buf[colour + 2, at:e], alpha, inverse,
             planes[0, row, a:b], planes[1, row, a:b], planes[2, row, a:b],
         )  # fmt: skip

@@ -27,6 +27,7 @@ from pedcross_env.camera.kernels.lighting import (
 from pedcross_env.camera.kernels.people import draw_pedestrian, people_work
 from pedcross_env.camera.kernels.polyhedra import draw_polyhedron, fineness, polyhedron_work
 from pedcross_env.camera.kernels.rows import composite_row
+from pedcross_env.camera.kernels.visible import outline_walls, visible_parts, visible_work
 
 __all__ = ["ROOF_KIND", "draw_scene"]
 
@@ -358,6 +359,7 @@ def draw_scene(
     spans[:, 0], spans[:, 1] = NOWHERE, 0
     channels = frame[0].shape[0]
     work, hulls, fronts = _capsule_work(channels), polyhedron_work(channels), panel_work()
+    seen = visible_work(panels.shape[0])
     people = people_work()
     bones = (
         np.empty((2, 3)),
@@ -440,24 +442,15 @@ def draw_scene(
             )
             _put(scratch, spans, int(groups[k - n, 6]), env, air, frame, owners, buf)
     for side in range(2):  # the two rows of houses apart: their bounding boxes leave out the street
-        for i in range(panels.shape[0]):
-            if panels[i, 29] == side:
+        faced = outline_walls(panels, side, rotation, camera, optics, size, seen)
+        for i in range(faced):
+            wall = seen[3][i]
+            parts = visible_parts(wall, faced, panels, rotation, camera, optics, seen)
+            if parts > 0:
                 draw_panel(
-                    panels[i],
-                    rotation,
-                    camera,
-                    env,
-                    table,
-                    maps[0],
-                    maps[1],
-                    optics,
-                    xs,
-                    size,
-                    scratch,
-                    buf,
-                    fronts,
-                    spans,
-                )
+                    panels[wall], (seen[4], seen[5], parts), rotation, camera, env, table, maps[0], maps[1], optics, xs, size, scratch,
+                    buf, fronts, spans,
+                )  # fmt: skip
         for i in range(n):
             if idents[i, 1] == ROOF_KIND and keys[i] < 1e9 and (actors[i, 1] > 0) == (side == 1):
                 _draw_vehicle(
