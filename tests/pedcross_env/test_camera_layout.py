@@ -123,16 +123,9 @@ def test_no_sky_shows_below_the_roofs(street):
             assert not sky.any(), (x, y, heading + turn, np.argwhere(sky)[:3] + np.array([top, 0]))
 
 
-WALLS_SWAP = pytest.mark.xfail(
-    reason="walls that meet in one pixel are drawn by distance, and their order may swap", strict=True
-)
-
-
-@pytest.mark.parametrize(
-    "weather", [pytest.param(Weather(), marks=WALLS_SWAP), DRY_NIGHT], ids=["day", "night"]
-)
+@pytest.mark.parametrize("weather", [Weather(), DRY_NIGHT], ids=["day", "night"])
 def test_turning_through_the_intersection_never_jumps(weather):
-    """Steps of 4 mm, or a thirtieth of a degree, move edges by .07 of a pixel: no pixel may change by more."""
+    """Steps of 4 mm, or a thirtieth of a degree, move edges by up to .09 of a pixel: pixels change by little more."""
     camera = camera_on(CROSSED, weather, width_px=120, height_px=68)
     path = turning_path(CROSSED, "right", step_m=0.004)
     for start in range(4000, len(path) - 4000, 661):
@@ -140,7 +133,43 @@ def test_turning_through_the_intersection_never_jumps(weather):
         step = np.abs(after.luminance - before.luminance)
         if weather is DRY_NIGHT:  # lamps shine thousands of times brighter than all else: the ground alone
             step = step[ndimage.binary_erosion(before.instance == StaticClass.GROUND, np.ones((3, 3)))]
-        assert step.max() < 0.1 * np.percentile(before.luminance, 99.5)
+        assert step.max() < 0.12 * np.percentile(before.luminance, 99.5)
+
+
+def _houses_only(camera):
+    """Leave out trees, lamps and furniture."""
+    scenery = camera._scenery
+    roofs = scenery.props.idents[:, 0] == StaticClass.BUILDING
+    props = replace(
+        scenery.props, **{k: getattr(scenery.props, k)[roofs] for k in ("numbers", "idents", "looks")}
+    )
+    camera._scenery = replace(scenery, groups=scenery.groups[:0], props=props)
+    return camera
+
+
+def _largest_step(camera, before, after):
+    before, after = camera.render(before), camera.render(after)
+    step = np.abs(after.luminance - before.luminance)[before.instance == StaticClass.BUILDING]
+    return step.max(initial=0.0) / np.percentile(before.luminance, 99.5)
+
+
+@pytest.mark.parametrize("seed", [5, 6])
+@pytest.mark.parametrize("way", ["right", "left"])
+def test_houses_at_an_intersection_change_no_more_than_their_edges_move(seed, way):
+    """A millimetre, or .008 degrees of the turn, moves edges by .02 of a pixel."""
+    street = replace(CROSSED, seed=seed)
+    camera = _houses_only(camera_on(street, width_px=120, height_px=68))
+    path = turning_path(street, way, step_m=0.001)
+    for start in range(16000, len(path) - 16000, 173):
+        assert _largest_step(camera, ego_at(*path[start]), ego_at(*path[start + 1])) < 0.04, start
+
+
+def test_houses_along_a_straight_street_change_no_more_than_their_edges_move():
+    camera = Renderer(CameraConfig(width_px=120, height_px=68))
+    camera.load(STREET, Weather())
+    _houses_only(camera)
+    for x in np.arange(-20.0, 60.0, 0.437):
+        assert _largest_step(camera, ego_at(x, -1.75, 0.0), ego_at(x + 0.001, -1.75, 0.0)) < 0.03, x
 
 
 def test_stop_lines_and_zebras_are_on_all_four_arms():

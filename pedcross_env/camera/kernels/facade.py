@@ -320,7 +320,21 @@ def _list_pixels(corners, counts, parts, place, height, width, xs, listed, buf):
 
 @kernel
 def draw_panel(
-    panel, seen, rotation, camera, env, table, lamp_maps, map_frame, optics, xs, size, scratch, buf, work, spans
+    panel,
+    seen,
+    rotation,
+    camera,
+    env,
+    table,
+    lamp_maps,
+    map_frame,
+    optics,
+    xs,
+    size,
+    scratch,
+    buf,
+    work,
+    spans,
 ):
     """Draw what is seen of one panel into the buildings' scratch planes.
 
@@ -370,9 +384,7 @@ def draw_panel(
     place = listed[4096]
     place[0] = place[1] = 0
     while place[0] < parts:
-        n, entries = _list_pixels(
-            part_corners, part_counts, parts, place, height, width, xs, listed, buf
-        )
+        n, entries = _list_pixels(part_corners, part_counts, parts, place, height, width, xs, listed, buf)
         if n == 0:
             continue
         x, y = buf[21, :n], buf[22, :n]

@@ -152,12 +152,12 @@ def _before(i, j, panels, rotation, camera, optics, work):
 
 
 @kernel
-def _apart(corners, count, hull, sides, sense):
+def _apart(corners, count, hull, sides):
     """Whether a convex polygon lies beyond one of the edges of another."""
     for e in range(sides):
         f = e + 1 if e + 1 < sides else 0
         x, y = hull[e, 0], hull[e, 1]
-        a, b = -(hull[f, 1] - y) * sense, (hull[f, 0] - x) * sense
+        a, b = hull[f, 1] - y, x - hull[f, 0]
         if abs(a) + abs(b) < TOUCH_PX:
             continue
         most = -1e30
@@ -169,7 +169,7 @@ def _apart(corners, count, hull, sides, sense):
 
 
 @kernel
-def _cut_out(part, parts, hull, sides, sense, work):
+def _cut_out(part, parts, hull, sides, work):
     """Replace one part by what a convex polygon leaves of it; return the number of parts."""
     _, _, _, _, corners, counts, rest, _, _ = work
     now, n = 0, counts[part]
@@ -182,7 +182,7 @@ def _cut_out(part, parts, hull, sides, sense, work):
     for e in range(sides):
         f = e + 1 if e + 1 < sides else 0
         x, y = hull[e, 0], hull[e, 1]
-        a, b = -(hull[f, 1] - y) * sense, (hull[f, 0] - x) * sense
+        a, b = hull[f, 1] - y, x - hull[f, 0]
         if abs(a) + abs(b) < TOUCH_PX:
             continue
         c = -a * x - b * y
@@ -221,25 +221,19 @@ def visible_parts(which, seen_count, panels, rotation, camera, optics, work):
         o = bounds[other]
         if other == which or o[0] >= b[2] or o[2] <= b[0] or o[1] >= b[3] or o[3] <= b[1]:
             continue
-        if _apart(outlines[which], sides[which], outlines[other], sides[other], _sense(outlines[other], sides[other])):
+        if _apart(outlines[which], sides[which], outlines[other], sides[other]):
             continue
         n = _before(which, other, panels, rotation, camera, optics, work)
         if n < 3:
             continue
-        sense = _sense(hull[0], n)
         part = parts - 1
         while part >= 0:
             if parts + n <= MAX_PARTS and not (
-                _apart(corners[part], counts[part], hull[0], n, sense)
-                or _apart(hull[0], n, corners[part], counts[part], _sense(corners[part], counts[part]))
+                _apart(corners[part], counts[part], hull[0], n)
+                or _apart(hull[0], n, corners[part], counts[part])
             ):
-                parts = _cut_out(part, parts, hull[0], n, sense, work)
+                parts = _cut_out(part, parts, hull[0], n, work)
             part -= 1
         if parts == 0:
             break
     return parts
-
-
-@kernel
-def _sense(corners, count):
-    return 1.0 if _area2(corners, count) >= 0 else -1.0
