@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from camera_scenes import NIGHT, STREET, pedestrian, renderer, snapshot, vehicle
 
-from pedcross_env.camera.kernels.lighting import beam_candela
+from pedcross_env.camera import camera_pose, rays
+from pedcross_env.camera.kernels.lighting import beam_candela, lamp_candela
 from pedcross_env.camera.light import (
     flashed,
     high_beam_table,
@@ -18,6 +19,7 @@ from pedcross_env.camera.light import (
     sun_illuminance_lx,
 )  # fmt: skip
 from pedcross_env.camera.people import person_of
+from pedcross_env.camera.scenery import scenery_of
 from pedcross_env.contracts import StaticClass
 from pedcross_env.weather.weather import Weather
 
@@ -236,3 +238,29 @@ def test_a_flash_adds_its_light_to_sky_and_ground_alike():
     whole = np.median((lit.luminance - dark.luminance)[sky])  # some pixels hold a twig besides
     assert whole == pytest.approx(1000.0 / math.pi, rel=0.01)
     assert (lit.luminance > dark.luminance).mean() > 0.99
+
+
+def test_the_road_under_lamps_is_as_bright_as_their_candela_table_says():
+    """Lamps against skylight on the same asphalt: its albedo cancels.
+
+    The camera looks down, so that the lamps' glare stays out of the picture, but not at what the ego itself shades from the sky.
+    """
+    dark = Weather(sun_altitude_deg=-30.0)
+    camera = renderer(dark, pitch_deg=20.0)
+    scene = snapshot(x=6.0)
+    unlit = camera.render(scene)
+    camera.load(STREET, replace(dark, street_lamps=True))
+    lit = camera.render(scene)
+    sky_lx = float((light_of(dark).sky_lx * LUMA).sum())
+    lamps = scenery_of(STREET).lamps
+    pose = camera_pose(camera.config, scene.ego)
+    for row, column in ((20, 225), (50, 140), (80, 300), (110, 225)):
+        x, y, _ = pose.origin + unlit.depth[row, column] * rays(
+            pose, np.array(column + 0.5), np.array(row + 0.5)
+        )
+        away = np.sqrt((lamps[:, 0] - x) ** 2 + (lamps[:, 1] - y) ** 2 + lamps[:, 2] ** 2)
+        down = lamps[:, 2] / away
+        expected_lx = sum(lamp_candela(c) * c / r**2 for c, r in zip(down, away, strict=True))
+        patch = (slice(row - 2, row + 3), slice(column - 4, column + 5))
+        gain = (lit.luminance[patch] - unlit.luminance[patch]).mean() / unlit.luminance[patch].mean()
+        assert gain * sky_lx == pytest.approx(expected_lx, rel=0.05)

@@ -11,11 +11,11 @@ import math
 import numpy as np
 
 from pedcross_env.camera.kernels.bands import add_stripes, fill_bands, grain_columns, grain_row, weigh_bands
+from pedcross_env.camera.kernels.ground_light import lights_row, shadow_row
 from pedcross_env.camera.kernels.jit import inlined, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_AIR,
     ENV_BEAM,
-    ENV_BEAM_POSITION,
     ENV_BEAM_TINT,
     ENV_BETA,
     ENV_LAMP,
@@ -23,12 +23,11 @@ from pedcross_env.camera.kernels.lighting import (
     ENV_SUN,
     ENV_UP,
     ENV_WET,
-    beam_candela,
     sky_radiance,
 )  # fmt: skip
 from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus, fill_row
 
-__all__ = ["draw_ground_and_sky"]
+__all__ = ["FAR_M", "INV_PI", "KERB", "WHITE", "draw_ground_and_sky", "free_row"]
 
 INV_PI = np.float32(1 / math.pi)
 WHITE = np.float32(0.62)
@@ -36,7 +35,6 @@ KERB = np.float32(0.26)  # albedo of the kerb's upright face
 LUMA_R, LUMA_G, LUMA_B = np.float32(0.2126), np.float32(0.7152), np.float32(0.0722)
 SUN, SKY, LAMP, BEAM, GRAIN, COVER, MARKS, PLANES = 3, 4, 5, 6, 7, 8, 9, 10  # rows of the work space
 FAR_M = 4000.0
-BEAM_RANGE_M = 90.0
 
 
 @kernel
@@ -52,142 +50,6 @@ def _along(table, start, texel, x0, x1, out):
             v = table[i, k] + (p - i) * (table[i + 1, k] - table[i, k])
             value += v if e == 0 else -v
         out[k] = value * texel / span
-
-
-@kernel
-def _polygon_shadow(shape, count, xs, x0, dx, y0, dy, foot_x, foot_y, soft, strength, out):
-    """Darken ``out`` (share of light) under a convex polygon on the ground with soft edges."""
-    for i in range(xs.shape[0]):
-        x, y = x0 + dx * xs[i], y0 + dy * xs[i]
-        cover = F1
-        for k in range(count):
-            a, b = shape[k, 0], shape[k, 1]
-            width = soft + abs(a) * foot_x + abs(b) * foot_y
-            cover = min(cover, max(F0, min(F1, (a * x + b * y + shape[k, 2]) / width + HALF)))
-        out[i] = min(out[i], F1 - strength * cover * cover * (np.float32(3.0) - np.float32(2.0) * cover))
-
-
-@kernel
-def _capsule_shadow(shape, xs, x0, dx, y0, dy, foot_x, foot_y, strength, out):
-    """Darken ``out`` under a capsule (ax, ay, bx-ax, by-ay, 1/len2, radius, soft) on the ground."""
-    ax, ay, ex, ey, inv, radius = shape[0], shape[1], shape[2], shape[3], shape[4], shape[5]
-    width = shape[6] + HALF * (foot_x + foot_y)
-    # where a pixel is wider than the shape, its share of the pixel is what counts
-    share = min(F1, np.float32(2.0) * radius / max(np.float32(1e-3), HALF * (foot_x + foot_y)))
-    for i in range(xs.shape[0]):
-        x, y = x0 + dx * xs[i] - ax, y0 + dy * xs[i] - ay
-        t = max(F0, min(F1, (x * ex + y * ey) * inv))
-        px, py = x - t * ex, y - t * ey
-        cover = max(F0, min(F1, (radius - np.sqrt(px * px + py * py)) / width + HALF))
-        out[i] = min(
-            out[i], F1 - share * strength * cover * cover * (np.float32(3.0) - np.float32(2.0) * cover)
-        )
-
-
-@kernel
-def _shadows(polygons, polygon_info, capsules, row_x0, row_x1, xs, x0, dx, y0, dy, foot_x, foot_y, sun, sky):
-    """Apply all shadows that reach this row to the shares of sunlight and skylight."""
-    inv = F1 / dy
-    low, high = min(row_x0, row_x1), max(row_x0, row_x1)
-    for k in range(polygons.shape[0]):
-        info = polygon_info[k]
-        if info[1] < low or info[0] > high:
-            continue
-        spread = foot_x + foot_y  # slanted edges blur sideways over a pixel's depth
-        a, b = (info[2] - spread - y0) * inv, (info[3] + spread - y0) * inv
-        i0 = max(0, int(math.floor(max(min(a, b), np.float32(-2.0)))) - 1)
-        i1 = min(xs.shape[0], int(math.ceil(min(max(a, b), np.float32(xs.shape[0] + 2)))) + 1)
-        if i1 > i0:
-            target = sun if info[7] == 0 else sky
-            _polygon_shadow(
-                polygons[k],
-                int(info[4]),
-                xs[i0:i1],
-                x0,
-                dx,
-                y0,
-                dy,
-                foot_x,
-                foot_y,
-                info[5],
-                info[6],
-                target[i0:i1],
-            )
-    for k in range(capsules.shape[0]):
-        s = capsules[k]
-        reach = s[5] + s[6] + foot_x + foot_y
-        if max(s[0], s[0] + s[2]) + reach < low or min(s[0], s[0] + s[2]) - reach > high:
-            continue
-        a, b = (min(s[1], s[1] + s[3]) - reach - y0) * inv, (max(s[1], s[1] + s[3]) + reach - y0) * inv
-        i0 = max(0, int(math.floor(max(min(a, b), np.float32(-2.0)))) - 1)
-        i1 = min(xs.shape[0], int(math.ceil(min(max(a, b), np.float32(xs.shape[0] + 2)))) + 1)
-        if i1 > i0:
-            target = sun if s[8] == 0 else sky
-            _capsule_shadow(s, xs[i0:i1], x0, dx, y0, dy, foot_x, foot_y, s[7], target[i0:i1])
-
-
-@kernel
-def _lamp_at(lamp_map, frame, x, y):
-    """Bilinear look-up of the lamps' illuminance on the ground: frame = (start x, start y, step)."""
-    rows, columns = lamp_map.shape
-    p = min(max((x - frame[0]) / frame[2], 0.0), columns - 1.001)
-    q = min(max((y - frame[1]) / frame[2], 0.0), rows - 1.001)
-    a, b = int(q), int(p)
-    fq, fp = q - a, p - b
-    low = lamp_map[a, b] + fp * (lamp_map[a, b + 1] - lamp_map[a, b])
-    high = lamp_map[a + 1, b] + fp * (lamp_map[a + 1, b + 1] - lamp_map[a + 1, b])
-    return low + fq * (high - low)
-
-
-@kernel
-def _beam_at(table, beam, up, x, y, z):
-    """Illuminance of the ground at a point in camera coordinates from one beam."""
-    dx, dy, dz = x - beam[0], y - beam[1], z - beam[2]
-    forward = dx * beam[3] + dy * beam[4] + dz * beam[5]
-    if forward < 0.05 or forward > BEAM_RANGE_M:
-        return 0.0
-    left = (dx * beam[6] + dy * beam[7] + dz * beam[8]) / forward
-    rise = (dx * beam[9] + dy * beam[10] + dz * beam[11]) / forward
-    squared = dx * dx + dy * dy + dz * dz
-    cosine = -(dx * up[0] + dy * up[1] + dz * up[2]) / math.sqrt(squared)
-    fade = 1.0 - max(0.0, forward / BEAM_RANGE_M - 0.7) / 0.3
-    return fade * beam_candela(table, left, rise) * max(0.0, cosine) / max(squared, 0.25)
-
-
-@kernel
-def _lights_row(lamp_map, lamp_frame, table, env, beams, place, z, yn, focal, cx, xs, lamp, beam):
-    """Illuminance of one row of ground (depth z) from street lamps and from headlights.
-
-    Both are smooth (the tables' steps are wider), so that every fourth pixel is computed and the rest interpolated.
-
-    place: World (x0, dx, y0, dy) of the row, linear in the column.
-    """
-    n = xs.shape[0]
-    up = env[ENV_UP : ENV_UP + 3]
-    own = env[ENV_BEAM_POSITION : ENV_BEAM_POSITION + 12]
-    fade = math.exp(-env[ENV_BETA] * z)
-    lamps_on, beams_on = env[ENV_LAMP] > 0, env[ENV_BEAM] > 0
-    i, last_lamp, last_beam = -4, np.float32(0), np.float32(0)
-    while i < n - 1:
-        j = min(i + 4, n - 1) if i >= 0 else 0
-        x = xs[j]
-        light = 0.0
-        now_lamp = np.float32(0)
-        if lamps_on:
-            now_lamp = np.float32(
-                _lamp_at(lamp_map, lamp_frame, place[0] + place[1] * x, place[2] + place[3] * x)
-            )
-        if beams_on:
-            xc = (x - cx) / focal * z
-            light = fade * _beam_at(table[0], own, up, xc, yn * z, z)
-            for k in range(beams.shape[0]):
-                light += beams[k, 12] * _beam_at(table[1], beams[k], up, xc, yn * z, z)
-        now_beam = np.float32(light)
-        for k in range(max(0, i + 1), j + 1):
-            t = np.float32((k - i) / (j - i)) if i >= 0 else F1
-            lamp[k] = last_lamp + (now_lamp - last_lamp) * t
-            beam[k] = last_beam + (now_beam - last_beam) * t
-        i, last_lamp, last_beam = j, now_lamp, now_beam
 
 
 @inlined
@@ -244,7 +106,7 @@ def _haze_row(value, free, plane):
 
 
 @kernel
-def _free_row(alpha, free):
+def free_row(alpha, free):
     """Share of each pixel that objects left over; return the columns where there is any."""
     n = alpha.shape[0]
     for i in range(n):
@@ -363,14 +225,14 @@ def _ground_row(
             fill_row(F1, buf[SUN, :n])
             fill_row(F1, buf[SKY, :n])
             ends = (x0 + dx * a, x0 + dx * b)
-            _shadows(
+            shadow_row(
                 polygons, polygon_info, capsules, np.float32(min(ends) - foot_x), np.float32(max(ends) + foot_x), xs[:n],
                 np.float32(x0 + dx * a), np.float32(dx), np.float32(y0 + dy * a), np.float32(dy), np.float32(foot_x),
                 np.float32(abs(dy)), buf[SUN, :n], buf[SKY, :n],
             )  # fmt: skip
             if lights_on:
                 place = (x0, dx, y0, dy)
-                _lights_row(
+                lights_row(
                     lamp_map, lamp_frame, table, env, beams, place, z, yn, focal, cx, xs[a:b], buf[LAMP, :n], buf[BEAM, :n],
                 )  # fmt: skip
         if abs(dy) > 1e-9:
@@ -477,7 +339,7 @@ def draw_ground_and_sky(
     weigh_bands(high, weights[:count], weighed_high)
     weighed, albedo = (weighed_low[: low.shape[0]], weighed_high[: high.shape[0]]), (count, kinds, weights)
     for row in range(size[0]):
-        a, b = _free_row(alpha[row], free)
+        a, b = free_row(alpha[row], free)
         if b <= a:
             continue
         share = np.float32(min(1.0, max(0.0, row + 1.0 - horizon)))

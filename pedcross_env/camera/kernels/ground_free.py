@@ -11,7 +11,8 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.ground import FAR_M, INV_PI, KERB, WHITE, _beam_at, _free_row, _lamp_at
+from pedcross_env.camera.kernels.ground import FAR_M, INV_PI, KERB, WHITE, free_row
+from pedcross_env.camera.kernels.ground_light import beam_at, lamp_at
 from pedcross_env.camera.kernels.jit import inlined, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_AIR,
@@ -214,13 +215,13 @@ def _light_row(lights, env, yn, optics, xs, a, b, buf):
         j = min(i + 4, b - 1) if i >= a else a
         now_lamp, light = F0, 0.0
         if lamps_on:
-            now_lamp = np.float32(_lamp_at(lamp_map, lamp_frame, buf[X, j], buf[Y, j]))
+            now_lamp = np.float32(lamp_at(lamp_map, lamp_frame, buf[X, j], buf[Y, j]))
         if beams_on and buf[SHARE, j] > F0:
             z = buf[DEPTH, j] + 0.0
             xc = (xs[j] - cx) / focal * z
-            light = math.exp(-env[ENV_BETA] * z) * _beam_at(table[0], own, up, xc, yn * z, z)
+            light = math.exp(-env[ENV_BETA] * z) * beam_at(table[0], own, up, xc, yn * z, z)
             for k in range(beams.shape[0]):
-                light += beams[k, 12] * _beam_at(table[1], beams[k], up, xc, yn * z, z)
+                light += beams[k, 12] * beam_at(table[1], beams[k], up, xc, yn * z, z)
         now_beam = np.float32(light)
         for k in range(i + 1, j + 1):
             t = np.float32((k - i) / (j - i)) if i >= a else F1
@@ -381,7 +382,7 @@ def draw_ground_and_sky_freely(
     n = xs.shape[0]
     free = buf[FREE]
     for row in range(size[0]):
-        a, b = _free_row(alpha[row], free)
+        a, b = free_row(alpha[row], free)
         if b <= a:
             continue
         yn = (row + 0.5 - cy) / focal
