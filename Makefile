@@ -12,6 +12,7 @@ help:
 	@echo "make test         install, then run the tests"
 	@echo "make check        lint, types, import contracts"
 	@echo "make checkpoints  train the shipped networks again (about an hour on 2 cores; resumes)"
+	@echo "make gallery      draw every weather and camera for docs/gallery.md"
 	@echo "make clean        delete .venv, caches and $(OUT)"
 
 install: $(READY)
@@ -30,6 +31,9 @@ demo: $(READY)
 
 checkpoints: $(READY)
 	$(BIN)/pedcross checkpoints --out $(OUT)/checkpoints
+
+gallery: $(READY)
+	$(BIN)/python docs/make_gallery.py
 
 lint: $(READY)
 	$(BIN)/ruff check .

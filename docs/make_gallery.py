@@ -30,7 +30,7 @@ HEAD = """# Gallery
 
 What the cameras see, for each preset: RGB, the events of one step (1/30 s; ON and OFF in colours of their own), and
 depth ({low:g} m red to {high:g} m blue, logarithmic). Near is a pedestrian crossing {near:.0f} m ahead, far the same
-crossing earlier (CARLA's presets and the cameras: near only). Made by `python docs/make_gallery.py`.
+crossing earlier (CARLA's presets and the cameras: near only). Made by `make gallery`.
 """
 
 
