@@ -30,8 +30,16 @@ DATA_SEED = 500_000
 """Of the training data: the seeds of the demo's data and episodes begin at 0 and stay far below."""
 
 
-EPOCHS = {"sps_r18t": 9, "sps_r18t_add": 6, "pt_resnet18": 5, "stacked_resnet18": 8}
-"""Epochs, not minutes, so that a slower machine makes the same networks; the longest come first, for the pool."""
+EPOCHS: dict[str, dict[Modality, int]] = {
+    "sps_r18t": {"rgb": 9, "dvs": 9},
+    "sps_r18t_add": {"rgb": 6, "dvs": 6},
+    "pt_resnet18": {"rgb": 5, "dvs": 5},
+    "stacked_resnet18": {"rgb": 8, "dvs": 12},
+}
+"""Epochs, not minutes, so that a slower machine makes the same networks; the longest come first, for the pool.
+
+On events the stacked frames' validation AUROC still rises after eight.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,7 +109,7 @@ def _train_one(config: CheckpointsConfig, model: str, modality: Modality) -> Tra
         seed=config.seed,
         recipe="compact-spiking" if model.startswith("sp") else "compact",
         rgb_input=config.rgb_input if modality == "rgb" else "image",
-        epochs=EPOCHS.get(model),
+        epochs=EPOCHS.get(model, {}).get(modality),
         train_stride=config.train_stride,
         cache=config.out / "cache",
     )

@@ -243,7 +243,7 @@ def test_a_flash_adds_its_light_to_sky_and_ground_alike():
 def test_the_road_under_lamps_is_as_bright_as_their_candela_table_says():
     """Lamps against skylight on the same asphalt: its albedo cancels.
 
-    The camera looks down, so that the lamps' glare stays out of the picture, but beyond what the ego shades from the sky.
+    The camera looks down, so that the lamps' glare stays out of the picture, and beyond what the ego shades.
     """
     dark = Weather(sun_altitude_deg=-30.0)
     camera = renderer(dark, pitch_deg=20.0)
