@@ -29,7 +29,7 @@ class DemoConfig:
     """Recorded videos go to out/data, results and report.html to out."""
     videos: int = 6
     """Recorded per subset, for the offline scores."""
-    episodes: int = 8
+    episodes: int = 6
     """Driven per weather and source."""
     weathers: tuple[str, ...] = ("clear", "rain", "fog")
     detectors: tuple[str, ...] = ()
