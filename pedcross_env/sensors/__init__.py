@@ -3,4 +3,6 @@
 - rgb: exposure, noise and quantisation of the RGB camera
 - dvs: the event camera
 - events: what is made of events: counts, images
+- representations: events of a fixed window as an array: counts, voxel grid, time surface, pictures
+- resizing: smaller event frames that keep events: pooling, nearest neighbours
 """

@@ -10,15 +10,26 @@ import numpy as np
 from pedcross_env.contracts import EVENT_DTYPE
 from pedcross_env.errors import DataError
 
-__all__ = ["carla_image", "counts_to_png", "event_counts", "grey_frame", "png_to_counts"]
+__all__ = ["carla_image", "counts_to_png", "event_counts", "grey_frame", "pixel_index", "png_to_counts"]
 
 _CODE_OFFSET = 127  # a count of 1 is written as 128: visible, and told from damage (1..127 never occur)
 _GREY_ON = 29  # CARLA's blue (0, 0, 255) in Rec. 601 grey
 _GREY_OFF = 76  # CARLA's red (255, 0, 0)
 
 
-def _flat_index(events: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Row-major pixel index of each event, (N,) int64; refuses what is no event or lies outside."""
+def pixel_index(events: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Row-major pixel index of each event.
+
+    Args:
+        events: (N,) EVENT_DTYPE.
+        shape: (height, width) of the sensor.
+
+    Returns:
+        (N,) int64.
+
+    Raises:
+        DataError: For another dtype, or an event outside ``shape``.
+    """
     if events.dtype != EVENT_DTYPE or events.ndim != 1:
         raise DataError(
             f"events are {events.dtype} of shape {events.shape}, expected a one-dimensional array of "
@@ -52,7 +63,7 @@ def event_counts(events: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     Raises:
         DataError: For another dtype, or an event outside ``shape``.
     """
-    index = 2 * _flat_index(events, shape) + ~events["pol"]
+    index = 2 * pixel_index(events, shape) + ~events["pol"]
     counts = np.bincount(index, minlength=2 * shape[0] * shape[1])
     return np.minimum(counts, 255).astype(np.uint8).reshape(*shape, 2)
 
@@ -67,7 +78,7 @@ def carla_image(events: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     Returns:
         (H, W, 3) uint8, RGB.
     """
-    index = _flat_index(events, shape)
+    index = pixel_index(events, shape)
     last = np.full(shape[0] * shape[1], -1, np.int64)
     # Fancy assignment leaves open which of several events at a pixel stays; a maximum does not.
     np.maximum.at(last, index, np.arange(index.size))
