@@ -6,20 +6,23 @@ Street coordinates are s, metres along the centre line (x where the street is st
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pedcross_env.config import require
 from pedcross_env.errors import ConfigError, unknown_name
+from pedcross_env.scenario.route import Route
 from pedcross_env.scenario.street import Crosswalk, Intersection, StreetSpec
 
 __all__ = [
-    "Turn", "lane_path", "lanes", "side_street", "to_side_street", "to_street", "to_world", "turning_path",
+    "TURNS", "Turn", "carriageway_m", "lane_path", "lane_route", "lanes", "side_street", "to_side_street", "to_street",
+    "to_world", "turning_path", "turning_route",
 ]  # fmt: skip
 
 Turn = Literal["left", "right", "straight"]
+TURNS: tuple[Turn, ...] = get_args(Turn)
 
 
 def to_world(
@@ -149,6 +152,91 @@ def lane_path(
     return np.stack([x, y, heading + (math.pi if to_s_m < from_s_m else 0.0)], axis=1)
 
 
+def carriageway_m(street: StreetSpec, x: ArrayLike, y: ArrayLike) -> np.ndarray:
+    """How far inside the carriageway a place is: metres to the nearest kerb, negative beyond it.
+
+    At an intersection both streets' carriageways count; what the rounded corners add is left out.
+
+    Args:
+        street: Any layout.
+        x: Metres, any shape.
+        y: Metres, broadcast against ``x``.
+    """
+    inside = street.kerb_y_m - np.abs(to_street(street, x, y)[1])
+    if street.intersection is None:
+        return inside
+    return np.maximum(inside, street.intersection.kerb_m - np.abs(to_side_street(street, x, y)[1]))
+
+
+def lane_route(street: StreetSpec, d_m: float, *, forward: bool = True) -> Route:
+    """Return the way along a line at constant distance from the main street's centre line.
+
+    Args:
+        street: Any layout.
+        d_m: To the left of the centre line.
+        forward: Along s, else against it.
+
+    Returns:
+        Without end. Distances along it are s where the way begins: x of a straight street; against s, -x.
+    """
+    k, first, length = street.curvature_per_m, street.curve_start_x_m, street.curve_length_m
+    if k == 0:
+        start = (street.start_x_m, d_m, 0.0) if forward else (street.end_x_m, d_m, math.pi)
+        return Route([(math.inf, 0.0)], start=start, start_m=start[0] if forward else -start[0])
+    arc = (length * (1 - k * d_m), k / (1 - k * d_m))
+    ends = [(max(first - street.start_x_m, 1.0), 0.0), (max(street.end_x_m - first - length, 1.0), 0.0)]
+    if forward:
+        begin = first - ends[0][0]
+        return Route([ends[0], arc, (math.inf, 0.0)], start=(begin, d_m, 0.0), start_m=begin)
+    begin = first + length + ends[1][0]
+    x, y, heading = (float(v) for v in to_world(street, begin, d_m))
+    return Route(
+        [ends[1], (arc[0], -arc[1]), (math.inf, 0.0)], start=(x, y, heading + math.pi), start_m=-begin
+    )
+
+
+def turning_route(street: StreetSpec, turn: Turn, *, quarter_turns: int = 0) -> Route:
+    """Return a way through the intersection: straight, a quarter of a circle, straight without end.
+
+    A right turn keeps to the lanes nearest the kerb, around the centre of the kerb's corner; a left turn goes from
+    innermost lane to innermost lane, between the inner edges of the zebras.
+
+    Args:
+        street: With an intersection.
+        turn: "left", "right" or "straight" (in the lane nearest the kerb).
+        quarter_turns: Heading of the approach: 0 along x, 1 along y, 2 against x, 3 against y.
+
+    Returns:
+        Distances along it are counted from the approach's own origin: x on the main street with ``quarter_turns`` 0,
+        else from the intersection's middle.
+
+    Raises:
+        ConfigError: Where there is no intersection, or for an unknown turn.
+    """
+    crossing = _crossing(street)
+    if turn not in TURNS:
+        raise unknown_name("turn", turn, TURNS)
+    own, other = (street, side_street(street)) if quarter_turns % 2 == 0 else (side_street(street), street)
+    sign = {"left": 1.0, "right": -1.0, "straight": 0.0}[turn]
+    inner = turn == "left"
+    entry = -0.5 * own.lane_width_m if inner else own.ego_lane_y_m
+    leave = sign * (-0.5 * other.lane_width_m if inner else other.ego_lane_y_m) * -1.0
+    corner = crossing.corner_radius_m
+    if inner:
+        radius = min(other.kerb_y_m + leave, own.kerb_y_m - entry) + corner
+    else:
+        radius = min(other.kerb_y_m - abs(leave), own.kerb_y_m - abs(entry)) + corner
+    base = 0.5 * math.pi * quarter_turns
+    c, s = round(math.cos(base)), round(math.sin(base))
+    approach = crossing.x_m - street.start_x_m if quarter_turns % 4 == 0 else crossing.length_m
+    start = (crossing.x_m - c * approach - s * entry, -s * approach + c * entry, base)
+    start_m = street.start_x_m if quarter_turns % 4 == 0 else -approach
+    if not sign:
+        return Route([(math.inf, 0.0)], start=start, start_m=start_m)
+    arc = (0.5 * math.pi * radius, sign / radius)
+    return Route([(approach + leave - radius, 0.0), arc, (math.inf, 0.0)], start=start, start_m=start_m)
+
+
 def turning_path(
     street: StreetSpec,
     turn: Turn,
@@ -158,14 +246,11 @@ def turning_path(
     after_m: float = 30.0,
     step_m: float = 0.25,
 ) -> np.ndarray:
-    """Return a way through the intersection: straight, a quarter of a circle, straight.
-
-    A right turn keeps to the lanes nearest the kerb, around the centre of the kerb's corner; a left turn goes from
-    innermost lane to innermost lane, between the inner edges of the zebras.
+    """Return points of ``turning_route``.
 
     Args:
         street: With an intersection.
-        turn: "left", "right" or "straight" (in the lane nearest the kerb).
+        turn: "left", "right" or "straight".
         quarter_turns: Heading of the approach: 0 along x, 1 along y, 2 against x, 3 against y.
         before_m: Length of the straight way before the curve (before the middle for "straight").
         after_m: Beyond it.
@@ -177,28 +262,13 @@ def turning_path(
     Raises:
         ConfigError: Where there is no intersection, or for an unknown turn.
     """
-    crossing = _crossing(street)
-    if turn not in ("left", "right", "straight"):
-        raise unknown_name("turn", turn, ("left", "right", "straight"))
     require(step_m > 0, "step_m", step_m, "positive")
-    own, other = (street, side_street(street)) if quarter_turns % 2 == 0 else (side_street(street), street)
-    sign = {"left": 1.0, "right": -1.0, "straight": 0.0}[turn]
-    inner = turn == "left"
-    entry = -0.5 * own.lane_width_m if inner else own.ego_lane_y_m
-    leave = sign * (-0.5 * other.lane_width_m if inner else other.ego_lane_y_m) * -1.0
-    corner = crossing.corner_radius_m
-    if inner:
-        radius = min(other.kerb_y_m + leave, own.kerb_y_m - entry) + corner
+    route = turning_route(street, turn, quarter_turns=quarter_turns)
+    if turn == "straight":
+        crossing = _crossing(street)
+        begin, arc = (crossing.x_m if quarter_turns % 4 == 0 else 0.0), 0.0
     else:
-        radius = min(other.kerb_y_m - abs(leave), own.kerb_y_m - abs(entry)) + corner
-    arc = 0.5 * math.pi * radius if sign else 0.0
+        begin, end = route.breaks_m
+        arc = end - begin
     along = np.arange(0.0, before_m + arc + after_m + 1e-9, step_m) - before_m
-    begin = leave - radius if sign else 0.0
-    angle = np.clip(along / radius, 0.0, 0.5 * math.pi) if sign else np.zeros_like(along)
-    x = begin + np.minimum(along, 0.0) + radius * np.sin(angle)
-    y = entry + sign * 2 * radius * np.sin(0.5 * angle) ** 2
-    rest = np.maximum(along - arc, 0.0)
-    x, y = (x, y + sign * rest) if sign else (x + rest, y)
-    base = 0.5 * math.pi * quarter_turns
-    c, s = round(math.cos(base)), round(math.sin(base))
-    return np.stack([crossing.x_m + c * x - s * y, s * x + c * y, base + sign * angle], axis=1)
+    return np.stack(route.poses(begin + along), axis=1)
