@@ -451,6 +451,17 @@ def _motorcycle(size: tuple[float, float, float]) -> Model:
     return b.build(*size)
 
 
+def _door(size: tuple[float, float, float]) -> Model:
+    """An open car door; its hinge is at its front, its window above the belt line."""
+    length, width, height = size
+    b = ModelBuilder()
+    half, thick = 0.5 * length, 0.5 * width
+    b.box((-half, half), (-thick, thick), (0.30, 0.88), PAINT)
+    b.loft([[(-half + 0.03, y, 0.88), (half - 0.02, y, 0.88), (half - 0.32, y, height), (-half + 0.05, y, height)]
+            for y in (-0.3 * thick, 0.3 * thick)], GLASS)  # fmt: skip
+    return b.build(*size)
+
+
 register_vehicle(
     "hatchback", _car((4.1, 1.75, 1.47), hood=1.02, boot=0.15, belt=0.94, rake=(0.42, 0.80), wheel=0.31)
 )
@@ -465,3 +476,4 @@ register_vehicle("bus", _bus((11.5, 2.5, 3.1)))
 register_vehicle("truck", _truck((7.5, 2.45, 3.3)))
 register_vehicle("motorcycle", _motorcycle((2.1, 0.75, 1.15)))
 register_vehicle("bicycle", _bicycle((1.75, 0.60, 1.05)))
+register_vehicle("car_door", _door((1.05, 0.09, 1.15)))

@@ -5,13 +5,15 @@ from pedcross_env.scenario.scenario import (
     PEDESTRIAN_MODELS,
     VEHICLE_MODELS,
     Leg,
+    Maneuver,
     PedestrianSpec,
     Scenario,
     VehicleSpec,
 )
 from pedcross_env.scenario.street import Crosswalk, Intersection, StreetSpec
+from pedcross_env.scenario.trigger import Trigger
 
 __all__ = [
-    "ACCESSORIES", "PEDESTRIAN_MODELS", "VEHICLE_MODELS", "Crosswalk", "Intersection", "Leg", "PedestrianSpec",
-    "Scenario", "StreetSpec", "VehicleSpec",
+    "ACCESSORIES", "PEDESTRIAN_MODELS", "VEHICLE_MODELS", "Crosswalk", "Intersection", "Leg", "Maneuver",
+    "PedestrianSpec", "Scenario", "StreetSpec", "Trigger", "VehicleSpec",
 ]  # fmt: skip

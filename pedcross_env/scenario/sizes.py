@@ -36,6 +36,7 @@ VEHICLE_SIZES: dict[str, Size] = {
     "truck": Size(7.5, 2.45, 3.3),
     "motorcycle": Size(2.1, 0.75, 1.15),
     "bicycle": Size(1.75, 0.6, 1.05),
+    "car_door": Size(1.05, 0.09, 1.15),
 }
 
 

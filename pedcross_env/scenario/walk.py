@@ -48,10 +48,15 @@ def cadence_hz(speed_mps: float, height_m: float, model: str = "adult") -> float
 
 
 def _merged_legs(spec: PedestrianSpec) -> list[tuple[Leg, float, float]]:
-    """Legs that lead somewhere with (wait, distance); waits of legs that lead nowhere go to the next."""
+    """Legs that lead somewhere with (wait, distance); waits of legs that lead nowhere go to the next.
+
+    A leg that waits for a trigger, and all behind it, are left out.
+    """
     legs: list[tuple[Leg, float, float]] = []
     x, y, wait = spec.x_m, spec.y_m, 0.0
     for leg in spec.legs:
+        if leg.go is not None:
+            break
         wait += leg.wait_s
         distance = math.hypot(leg.to_x_m - x, leg.to_y_m - y)
         if distance > 1e-6:

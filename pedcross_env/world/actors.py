@@ -8,8 +8,10 @@ from pedcross_env.config import EgoConfig
 from pedcross_env.contracts import ACTOR_DTYPE, ActorKind
 from pedcross_env.scenario.scenario import ACCESSORIES, PEDESTRIAN_MODELS, VEHICLE_MODELS, Scenario
 from pedcross_env.scenario.sizes import pedestrian_size, vehicle_size
+from pedcross_env.world.doors import DOOR_MODEL
 from pedcross_env.world.ego import EgoState
 from pedcross_env.world.pedestrians import PedestrianPoses
+from pedcross_env.world.traffic import DrivingPoses, Traffic
 
 __all__ = ["EGO_ID", "ActorRecords"]
 
@@ -18,24 +20,25 @@ _POSE_FIELDS = ("x", "y", "z", "yaw", "speed", "gait_phase", "gait_stride", "hea
 
 
 class ActorRecords:
-    """Fills ACTOR_DTYPE records. Ids: ego 1, then the scenario's vehicles, then its pedestrians.
+    """Fills ACTOR_DTYPE records. Ids: ego 1, then the scenario's vehicles, its pedestrians, and doors of parked cars.
 
     Args:
         scenario: Who is there.
         ego: The ego's size.
-        movers: Indices of vehicles that drive.
+        traffic: Which of the vehicles drive, and the doors of those that do not.
         headlights: Whether the vehicles that drive have their low beams on, the ego too unless its config says more.
 
     Attributes:
         pedestrian_ids: (P,) int, of the scenario's pedestrians in their order.
-        vehicle_ids: (V,) int.
+        vehicle_ids: (V + D,) int, of the scenario's vehicles, then of the doors.
     """
 
-    def __init__(self, scenario: Scenario, ego: EgoConfig, movers: list[int], *, headlights: bool) -> None:
+    def __init__(self, scenario: Scenario, ego: EgoConfig, traffic: Traffic, *, headlights: bool) -> None:
         vehicles, pedestrians = scenario.vehicles, scenario.pedestrians
         self._first_pedestrian = len(vehicles)
-        self._movers = np.array(movers, dtype=np.int64)
-        self._actors = np.zeros(len(vehicles) + len(pedestrians), dtype=ACTOR_DTYPE)
+        self._first_door = len(vehicles) + len(pedestrians)
+        self._movers = np.array(traffic.movers, dtype=np.int64)
+        self._actors = np.zeros(self._first_door + len(traffic.doors), dtype=ACTOR_DTYPE)
         self._actors["id"] = np.arange(len(self._actors)) + EGO_ID + 1
         for record, spec in zip(self._actors, vehicles, strict=False):
             record["kind"], record["model"] = ActorKind.VEHICLE, VEHICLE_MODELS.index(spec.model)
@@ -46,7 +49,12 @@ class ActorRecords:
                 spec.yaw_rad,
             )
             record["length"], record["width"], record["height"] = vehicle_size(spec.model)
-        for record, person in zip(self._actors[self._first_pedestrian :], pedestrians, strict=True):
+        for record, owner in zip(self._actors[self._first_door :], traffic.doors.owners, strict=True):
+            record["kind"], record["model"] = ActorKind.VEHICLE, VEHICLE_MODELS.index(DOOR_MODEL)
+            record["seed"] = vehicles[owner].seed  # its car's paint
+            record["length"], record["width"], record["height"] = vehicle_size(DOOR_MODEL)
+        people = self._actors[self._first_pedestrian : self._first_door]
+        for record, person in zip(people, pedestrians, strict=True):
             record["kind"], record["model"] = ActorKind.PEDESTRIAN, PEDESTRIAN_MODELS.index(person.model)
             record["seed"], record["accessory"] = person.seed, ACCESSORIES.index(person.accessory)
             record["length"], record["width"], record["height"] = pedestrian_size(person.height_m)
@@ -60,8 +68,9 @@ class ActorRecords:
         own = {"auto": float(headlights), "low": 1.0, "high": 2.0}[ego.headlights]
         self._ego["y"], self._ego["headlight"] = scenario.street.ego_lane_y_m, own
         self._ego["length"], self._ego["width"], self._ego["height"] = ego.length_m, ego.width_m, ego.height_m
-        self.vehicle_ids = self._actors["id"][: self._first_pedestrian].copy()
-        self.pedestrian_ids = self._actors["id"][self._first_pedestrian :].copy()
+        ids = self._actors["id"]
+        self.vehicle_ids = np.concatenate([ids[: self._first_pedestrian], ids[self._first_door :]])
+        self.pedestrian_ids = ids[self._first_pedestrian : self._first_door].copy()
 
     def ego(self, state: EgoState) -> np.ndarray:
         """The ego's record, 0-d."""
@@ -70,19 +79,21 @@ class ActorRecords:
         record["pitch"], record["brake_light"] = state.pitch_rad, state.brake_light
         return record
 
-    def actors(
-        self, driving: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], people: PedestrianPoses
-    ) -> np.ndarray:
+    def actors(self, driving: DrivingPoses, people: PedestrianPoses, doors: np.ndarray) -> np.ndarray:
         """(N,) records of all others.
 
         Args:
-            driving: (x, speed, pitch, brake light) of the vehicles that drive.
+            driving: Poses of the vehicles that drive.
             people: Poses of all pedestrians.
+            doors: (D, 3) x, y, heading.
         """
         records = self._actors.copy()
-        for field, values in zip(("x", "speed", "pitch", "brake_light"), driving, strict=True):
-            records[field][self._movers] = values
-        walking = records[self._first_pedestrian :]
+        if self._movers.size:
+            for field in DrivingPoses._fields:
+                records[field][self._movers] = getattr(driving, field)
+        walking = records[self._first_pedestrian : self._first_door]
         for field in _POSE_FIELDS:
             walking[field] = getattr(people, field)
+        for field, values in zip(("x", "y", "yaw"), doors.T, strict=True):
+            records[field][self._first_door :] = values
         return records

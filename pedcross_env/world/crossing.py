@@ -11,11 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from pedcross_env.config import EgoConfig, LabelConfig
+from pedcross_env.scenario.route import Route
 from pedcross_env.scenario.street import StreetSpec
 from pedcross_env.scenario.walk import Walk
 from pedcross_env.world.pedestrians import Pedestrians
 
-__all__ = ["ConflictFinder", "Stay", "corridor_stays", "crossing_stays"]
+__all__ = ["ConflictFinder", "Stay", "crossing_stays", "way_stays"]
 
 _GRID_S = 0.02
 _LONGEST_WALK_S = 600.0
@@ -77,12 +78,22 @@ def crossing_stays(walk: Walk, street: StreetSpec) -> list[Stay]:
     return stays
 
 
-def corridor_stays(walk: Walk, y_m: float, half_width_m: float) -> list[Stay]:
-    """Stays within ``half_width_m`` of the line y = ``y_m``."""
+def way_stays(walk: Walk, way: Route, left_m: float, half_width_m: float) -> list[Stay]:
+    """Stays within ``half_width_m`` of the line ``left_m`` to the left of a way; x is the distance along the way."""
     times = _grid(walk)
-    xy = walk.positions(times)
-    inside_by_m = half_width_m - np.abs(xy[:, 1] - y_m)
-    return [_stay(times, xy, inside_by_m, first, last) for first, last in _runs(inside_by_m)]
+    along, left = _on_way(walk.positions(times), way)
+    inside_by_m = half_width_m - np.abs(left - left_m)
+    placed = np.stack([along, left], axis=1)
+    return [_stay(times, placed, inside_by_m, first, last) for first, last in _runs(inside_by_m)]
+
+
+def _on_way(xy: np.ndarray, way: Route) -> tuple[np.ndarray, np.ndarray]:
+    if way.straight:
+        x, y, heading = way.pose(0.0)
+        cos, sin, dx, dy = math.cos(heading), math.sin(heading), xy[:, 0] - x, xy[:, 1] - y
+        return dx * cos + dy * sin, dy * cos - dx * sin
+    found = np.array([way.project(float(px), float(py)) for px, py in xy]).reshape(-1, 2)
+    return found[:, 0], found[:, 1]
 
 
 class ConflictFinder:

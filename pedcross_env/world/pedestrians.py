@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pedcross_env.scenario.scenario import PedestrianSpec
 from pedcross_env.scenario.sizes import contact_radius_m
 from pedcross_env.scenario.street import StreetSpec
-from pedcross_env.scenario.walk import Walk, smoothstep, wrap_angle
+from pedcross_env.scenario.trigger import Fires
+from pedcross_env.scenario.walk import RAMP_S, Walk, smoothstep, wrap_angle
 
 __all__ = ["PedestrianPoses", "Pedestrians"]
 
@@ -22,6 +23,7 @@ _GLANCE_LIMIT_RAD = 1.2  # how far a head turns
 _GLANCE_SHARE = 0.6  # 58.9 % look in the last second before they cross (JAAD)
 _KERB_ZONE_M = 0.6  # who comes this near to the kerb from outside is about to cross, or seems to be
 _KERB_RAMP_M = 0.3  # over which a foot goes down the kerb
+_WATCH_HZ = 100  # how often who waits for a trigger looks: a clock of its own, whatever the policy's rate
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,14 +93,66 @@ class Pedestrians:
         self.radius_m = np.array([contact_radius_m(spec.height_m) for spec in specs], dtype=np.float64)
         self.top_speed_mps = np.array([walk.top_speed_mps for walk in self.walks], dtype=np.float64)
         self._street = street
-        self._knots = _padded([walk.knots for walk in self.walks], 10)
-        self._turns = _padded([walk.turns for walk in self.walks], 4)
         glances = [_glance(walk, street.kerb_y_m) for walk in self.walks]
         self._glances = np.array(glances, dtype=np.float64).reshape(-1, 3)
         self._rows = np.arange(len(specs))
+        self._tabulate()
+
+    def _tabulate(self) -> None:
+        self._knots = _padded([walk.knots for walk in self.walks], 10)
+        self._turns = _padded([walk.turns for walk in self.walks], 4)
 
     def __len__(self) -> int:
         return len(self.walks)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether somebody waits, or will wait, for a trigger."""
+        return any(leg.go is not None for walk in self.walks for leg in walk.spec.legs)
+
+    def watch(self, start_s: float, end_s: float, fires: Fires) -> list[int]:
+        """Let those go whose triggers fire in a time; nothing before that time changes.
+
+        Args:
+            start_s: Excluded, but for 0.
+            end_s: Included.
+            fires: Whether a trigger's conditions hold for an actor: (trigger, (x, y, heading), time).
+
+        Returns:
+            Indices of those whose walks have changed.
+        """
+        changed = []
+        for index in range(len(self.walks)):
+            while self._watched(index, start_s, end_s, fires):
+                changed.append(index)
+        if changed:
+            self._tabulate()
+            self.top_speed_mps = np.array([walk.top_speed_mps for walk in self.walks], dtype=np.float64)
+        return changed
+
+    def _watched(self, index: int, start_s: float, end_s: float, fires: Fires) -> bool:
+        walk = self.walks[index]
+        legs = walk.spec.legs
+        gate = next((k for k, leg in enumerate(legs) if leg.go is not None), None)
+        if gate is None:
+            return False
+        go, arrives_s = legs[gate].go, walk.end_s
+        x, y = walk.position(arrives_s)
+
+        slows_s = max(0.0, arrives_s - RAMP_S)
+        first = math.floor(max(start_s, slows_s) * _WATCH_HZ)
+        looks = [k / _WATCH_HZ for k in range(first, math.floor(end_s * _WATCH_HZ + 1e-9) + 1)]
+        looks = [t for t in looks if t > start_s and t >= arrives_s]
+        if (start_s < slows_s <= end_s) or slows_s == start_s == 0.0:
+            looks.insert(0, slows_s)
+        for time in looks:
+            if go is None or not fires(go, (x, y, 0.0), time):
+                continue
+            wait = legs[gate].wait_s + go.delay_s + max(0.0, time - arrives_s)
+            released = replace(legs[gate], go=None, wait_s=wait)
+            self.walks[index] = Walk(replace(walk.spec, legs=(*legs[:gate], released, *legs[gate + 1 :])))
+            return True
+        return False
 
     def poses(self, time_s: float) -> PedestrianPoses:
         """Everything about all pedestrians at one time."""

@@ -1,131 +1,48 @@
-"""Other vehicles on highway-env's road: IDM drivers that also stop for people, on a clock of their own.
+"""Other vehicles on highway-env's road, on a clock of their own.
 
-Decisions fall every ``1 / TRAFFIC_HZ`` whatever the world's rates; in between the acceleration is constant,
-so poses at any time are exact. Other drivers brake at up to 6 m/s2 on any road: they are scenery, the same in
-all weathers.
+Decisions fall every ``1 / TRAFFIC_HZ`` whatever the world's rates; in between the acceleration is constant, so poses at
+any time are exact. Other drivers brake at up to 6 m/s2 on any road: they are scenery, the same in all weathers.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from highway_env.road.lane import LineType, StraightLane
-from highway_env.road.road import Road, RoadNetwork
-from highway_env.vehicle.behavior import IDMVehicle
-from highway_env.vehicle.kinematics import Vehicle
+from highway_env.road.road import Road
 
 from pedcross_env.config import EgoConfig
-from pedcross_env.errors import ConfigError
 from pedcross_env.scenario.scenario import Scenario, VehicleSpec
 from pedcross_env.scenario.sizes import vehicle_size
-from pedcross_env.scenario.street import StreetSpec
-from pedcross_env.world.crossing import Stay, corridor_stays
-from pedcross_env.world.ego import settle
+from pedcross_env.scenario.trigger import Fires
+from pedcross_env.world.crossing import way_stays
+from pedcross_env.world.doors import Doors
+from pedcross_env.world.drivers import GIVE_WAY_S, HARDEST_BRAKING_MPS2, Driver, Hazard, Passive, Phase
+from pedcross_env.world.lanes import route_of, street_network
 from pedcross_env.world.pedestrians import Pedestrians
 
-__all__ = ["HARDEST_BRAKING_MPS2", "TRAFFIC_HZ", "Traffic", "street_network"]
+__all__ = ["HARDEST_BRAKING_MPS2", "TRAFFIC_HZ", "DrivingPoses", "Traffic"]
 
 TRAFFIC_HZ = 10
-HARDEST_BRAKING_MPS2 = IDMVehicle.ACC_MAX
-_BRAKE_LIGHT_FROM_MPS2 = 0.7
-_YIELD_GAP_M = 2.0  # kept to a pedestrian's path
-_YIELD_TIME_GAP_S = 0.8
 _SIDE_CLEARANCE_M = 0.5
-_SPARE_S = 0.5
+_TINY_S = 1e-9
+
+EgoPose = tuple[float, float, float, float]
+"""x and y of the ego's centre in metres, heading in rad, speed in m/s."""
 
 
-def street_network(street: StreetSpec) -> RoadNetwork:
-    """Lanes of a street: ("west", "east", i) for +x and ("east", "west", i) for -x, i from the middle."""
-    network = RoadNetwork()
-    for sign, start, end in ((-1, "west", "east"), (1, "east", "west")):
-        for index in range(street.lanes_per_direction):
-            y = sign * (index + 0.5) * street.lane_width_m
-            ends = [np.array([x, y]) for x in (street.start_x_m, street.end_x_m)]
-            lines = (LineType.CONTINUOUS_LINE if index == 0 else LineType.STRIPED, LineType.STRIPED)
-            first, last = ends if sign < 0 else ends[::-1]
-            network.add_lane(
-                start,
-                end,
-                StraightLane(first, last, width=street.lane_width_m, line_types=lines, speed_limit=None),
-            )
-    return network
+class DrivingPoses(NamedTuple):
+    """State of the vehicles that drive, each (M,) float64; units and meanings as in ACTOR_DTYPE."""
 
-
-class _Passive(Vehicle):
-    """A vehicle that others see but highway-env does not move: the ego, and whatever stands in a lane."""
-
-    def act(self, action: dict | str | None = None) -> None:
-        """Do nothing."""
-
-    def step(self, dt: float) -> None:
-        """Do nothing."""
-
-
-class _Driver(IDMVehicle):
-    """IDM along its lane, never backwards; who will be in its way is a standing obstacle to it."""
-
-    def __init__(self, road: Road, spec: VehicleSpec, hazards: list[tuple[Stay, float]]) -> None:
-        heading = 0.0 if math.cos(spec.yaw_rad) > 0 else math.pi
-        super().__init__(road, [spec.x_m, spec.y_m], heading, spec.speed_mps, enable_lane_change=False)
-        size = vehicle_size(spec.model)
-        self.LENGTH, self.WIDTH = size.length_m, size.width_m
-        self.sign = 1.0 if heading == 0.0 else -1.0
-        self.check_collisions = False
-        self.speed: float = spec.speed_mps
-        self.now_s = 0.0
-        self._hazards = hazards
-
-    def act(self, action: dict | str | None = None) -> None:
-        """Choose the acceleration until the next decision."""
-        front, rear = self.road.neighbour_vehicles(self, self.lane_index)
-        acceleration = float(self.acceleration(self, front, rear))
-        for stay, radius in self._hazards:
-            acceleration = min(acceleration, self._yielding(stay, radius))
-        self.action = {"steering": 0.0, "acceleration": max(-self.ACC_MAX, min(self.ACC_MAX, acceleration))}
-
-    def desired_gap(
-        self, ego_vehicle: Vehicle, front_vehicle: Vehicle = None, projected: bool = True
-    ) -> float:
-        """IDM's gap between centres, for the true lengths instead of highway-env's 5 m."""
-        usual = super().desired_gap(ego_vehicle, front_vehicle, projected)
-        return float(usual + 0.5 * (ego_vehicle.LENGTH + front_vehicle.LENGTH) - Vehicle.LENGTH)
-
-    def _yielding(self, stay: Stay, radius_m: float) -> float:
-        """Acceleration that keeps clear of a pedestrian in the lane; inf: nothing to yield to."""
-        x = float(self.position[0])
-        near, far = (stay.x_low_m, stay.x_high_m) if self.sign > 0 else (stay.x_high_m, stay.x_low_m)
-        gap = self.sign * (near - x) - radius_m - 0.5 * self.LENGTH
-        if gap < 0 or self.now_s > stay.end_s:
-            return math.inf
-        cleared_s = self.now_s + (self.sign * (far - x) + radius_m + 0.5 * self.LENGTH) / max(self.speed, 0.1)
-        reached_s = self.now_s + gap / max(self.speed, 3.0)
-        if cleared_s + _SPARE_S < stay.start_s or reached_s - _SPARE_S > stay.end_s:
-            return math.inf
-        braking = 2.0 * math.sqrt(-self.COMFORT_ACC_MAX * self.COMFORT_ACC_MIN)
-        wanted = _YIELD_GAP_M + self.speed * (_YIELD_TIME_GAP_S + self.speed / braking)
-        free = 1.0 - (self.speed / max(self.target_speed, 0.1)) ** self.DELTA
-        return float(self.COMFORT_ACC_MAX * (free - (wanted / max(gap, 0.1)) ** 2))
-
-    def step(self, dt: float) -> None:
-        """Move along the lane with constant acceleration, stopping at 0."""
-        acceleration = self.action["acceleration"]
-        moving_s = min(dt, -self.speed / acceleration) if acceleration < 0 else dt
-        self.position[0] += self.sign * moving_s * (self.speed + 0.5 * acceleration * moving_s)
-        self.speed = max(0.0, self.speed + acceleration * moving_s) if moving_s == dt else 0.0
-        self.now_s += dt
-
-
-class _Interval(NamedTuple):
-    """State of all drivers at a decision; arrays are (M,)."""
-
-    start_s: float
     x: np.ndarray
+    y: np.ndarray
+    yaw: np.ndarray
     speed: np.ndarray
-    acceleration: np.ndarray
     pitch: np.ndarray
+    brake_light: np.ndarray
 
 
 class Traffic:
@@ -138,6 +55,7 @@ class Traffic:
 
     Attributes:
         movers: Indices (into scenario.vehicles) of vehicles that drive.
+        doors: The doors of parked cars that may open.
 
     Raises:
         ConfigError: Where a vehicle that drives is not in a lane of its direction.
@@ -145,105 +63,166 @@ class Traffic:
 
     def __init__(self, scenario: Scenario, ego: EgoConfig, pedestrians: Pedestrians) -> None:
         street = scenario.street
+        self._scenario, self._people = scenario, pedestrians
         rng = np.random.RandomState(street.seed & 0xFFFFFFFF)
         self._road = Road(street_network(street), np_random=rng)
-        self._ego = _Passive(self._road, [scenario.ego_x_m, street.ego_lane_y_m], 0.0, scenario.ego_speed_mps)
-        self._ego.LENGTH, self._ego.WIDTH = ego.length_m, ego.width_m
-        self._ego.check_collisions = False
+        ego_size = (ego.length_m, ego.width_m)
+        self._ego = Passive(self._road, (scenario.ego_x_m, street.ego_lane_y_m), 0.0, ego_size)
+        self._ego.speed = scenario.ego_speed_mps
         self._road.vehicles.append(self._ego)
         self.movers = [
-            i for i, spec in enumerate(scenario.vehicles) if not spec.parked and spec.speed_mps > 0
-        ]
-        self._drivers = [self._driver(scenario.vehicles[i], street, pedestrians) for i in self.movers]
+            i for i, spec in enumerate(scenario.vehicles)
+            if not spec.parked and (spec.speed_mps > 0 or spec.maneuvers)
+        ]  # fmt: skip
+        self._drivers = [self._driver(scenario.vehicles[i]) for i in self.movers]
         self._road.vehicles.extend(self._drivers)
         for index, spec in enumerate(scenario.vehicles):
             if index not in self.movers:
-                self._add_obstacle(spec, street)
-        self._sign = np.array([driver.sign for driver in self._drivers])
+                self._add_obstacle(spec)
+        self.doors = Doors(scenario.vehicles)
         self._decisions = 0
-        self._intervals: list[_Interval] = []
-        self.decide_until(0.5 / TRAFFIC_HZ, None)  # at time 0
+        self._history: list[tuple[float, tuple[Phase, ...]]] = []
+        self.see_people()
+        self.decide_until(0.5 / TRAFFIC_HZ, None, None)  # at time 0
 
-    def _driver(self, spec: VehicleSpec, street: StreetSpec, pedestrians: Pedestrians) -> _Driver:
-        side = -1.0 if math.cos(spec.yaw_rad) > 0 else 1.0
-        lanes = [side * (i + 0.5) * street.lane_width_m for i in range(street.lanes_per_direction)]
-        offset = min(abs(spec.y_m - lane) for lane in lanes)
-        if abs(math.sin(spec.yaw_rad)) > 1e-3 or offset > 0.5 * street.lane_width_m:
-            raise ConfigError(
-                f"VehicleSpec (y_m = {spec.y_m}, yaw_rad = {spec.yaw_rad}) drives outside the lanes of its "
-                f"direction: yaw must be 0 with y near one of {[-abs(y) for y in lanes]}, "
-                f"or pi with y near one of {[abs(y) for y in lanes]}."
-            )
-        half_width = 0.5 * vehicle_size(spec.model).width_m + _SIDE_CLEARANCE_M
-        hazards = [
-            (stay, float(radius))
-            for walk, radius in zip(pedestrians.walks, pedestrians.radius_m, strict=True)
-            for stay in corridor_stays(walk, spec.y_m, half_width + float(radius))
-        ]
-        driver = _Driver(self._road, spec, hazards)
+    def _driver(self, spec: VehicleSpec) -> Driver:
+        street = self._scenario.street
+        route, left, lane_d = route_of(spec, street)
+        driver = Driver(self._road, spec, route, left, street.lane_width_m, lane_d)
         driver.randomize_behavior()
+        if spec.turn and street.intersection is not None:
+            driver.gives_way = partial(self._way_given, spec=spec)
         return driver
 
-    def _add_obstacle(self, spec: VehicleSpec, street: StreetSpec) -> None:
-        size = vehicle_size(spec.model)
+    def see_people(self) -> None:
+        """Look anew where people will be in the drivers' ways: at the start, and whenever somebody's way changes."""
+        for index, driver in zip(self.movers, self._drivers, strict=True):
+            spec = self._scenario.vehicles[index]
+            driver.hazards = []
+            if not spec.yields:
+                continue
+            half_width = 0.5 * driver.WIDTH + _SIDE_CLEARANCE_M
+            for walk, radius in zip(self._people.walks, self._people.radius_m, strict=True):
+                for stay in way_stays(walk, driver.way, driver.left_m, half_width + float(radius)):
+                    driver.hazards.append(
+                        Hazard(stay.start_s, stay.end_s, stay.x_low_m, stay.x_high_m, float(radius))
+                    )
+
+    def _add_obstacle(self, spec: VehicleSpec) -> None:
+        street, size = self._scenario.street, vehicle_size(spec.model)
         across = size.width_m * abs(math.cos(spec.yaw_rad)) + size.length_m * abs(math.sin(spec.yaw_rad))
         if abs(spec.y_m) - 0.5 * across < street.lanes_per_direction * street.lane_width_m - 0.3:
-            obstacle = _Passive(self._road, [spec.x_m, spec.y_m], spec.yaw_rad, 0.0)
-            obstacle.LENGTH, obstacle.WIDTH, obstacle.check_collisions = size.length_m, size.width_m, False
-            self._road.vehicles.append(obstacle)
+            self._road.vehicles.append(
+                Passive(self._road, (spec.x_m, spec.y_m), spec.yaw_rad, (size.length_m, size.width_m))
+            )
+
+    def _way_given(self, driver: Driver, *, spec: VehicleSpec) -> float:
+        """Distance to where a turning driver must wait now, inf where it need not."""
+        crossing = self._scenario.street.intersection
+        if crossing is None or (spec.turn != "left" and abs(math.sin(spec.yaw_rad)) < 0.5):
+            return math.inf
+        breaks = driver.way.breaks_m
+        enter = breaks[0] if breaks else driver.way.project(crossing.x_m, 0.0)[0] - crossing.kerb_m
+        leave = breaks[-1] if breaks else enter + 2 * crossing.kerb_m
+        gap = enter - driver.phase.along_m - 0.5 * driver.LENGTH
+        if gap < 0 or gap > 40.0:
+            return math.inf
+        clear_s = (leave - driver.phase.along_m + driver.LENGTH) / max(driver.speed, 4.0)
+        from_side = abs(math.sin(spec.yaw_rad)) > 0.5
+        for other in self._road.vehicles:
+            if other is driver or other.speed < 0.3 or abs(math.sin(other.heading)) > 0.5:
+                continue
+            if not from_side and math.cos(other.heading - spec.yaw_rad) > 0:
+                continue  # who drives the same way is no oncoming traffic
+            sign = 1.0 if math.cos(other.heading) > 0 else -1.0
+            ahead = sign * (crossing.x_m - float(other.position[0]))
+            reach = crossing.kerb_m + 0.5 * other.LENGTH
+            if ahead + reach > 0 and (ahead - reach) / other.speed < clear_s + GIVE_WAY_S:
+                return gap
+        return math.inf
 
     def forget(self, before_s: float) -> None:
         """Drop what no time from ``before_s`` on needs."""
-        while len(self._intervals) > 1 and self._intervals[1].start_s <= before_s:
-            self._intervals.pop(0)
+        while len(self._history) > 1 and self._history[1][0] <= before_s:
+            self._history.pop(0)
 
-    def decide_until(self, end_s: float, ego_motion: Callable[[float], tuple[float, float]] | None) -> None:
+    @property
+    def next_decision_s(self) -> float:
+        """When the drivers next decide; inf without drivers."""
+        return self._decisions / TRAFFIC_HZ if self._drivers else math.inf
+
+    def decide_until(
+        self,
+        end_s: float,
+        ego_at: Callable[[float], EgoPose] | None,
+        fires: Fires | None,
+    ) -> None:
         """Take all decisions that fall before ``end_s``.
 
         Args:
             end_s: Time up to which the ego's motion is known.
-            ego_motion: Function time -> (x, speed) of the ego; None: as the scenario starts.
+            ego_at: The ego at a time; None: as the scenario starts.
+            fires: Whether a trigger's conditions hold for an actor: (trigger, (x, y, heading), time); None: never.
         """
-        while self._drivers and self._decisions / TRAFFIC_HZ < end_s - 1e-9:
+        while self._drivers and self._decisions / TRAFFIC_HZ < end_s - _TINY_S:
             now = self._decisions / TRAFFIC_HZ
-            if ego_motion is not None:
-                self._ego.position[0], self._ego.speed = ego_motion(now)
-            if self._decisions > 0:
-                self._road.step(1.0 / TRAFFIC_HZ)
-            last = self._intervals[-1] if self._intervals else None
-            pitch = self._moved(last, now - last.start_s)[2] if last else np.zeros(len(self._drivers))
-            self._road.act()
-            self._intervals.append(
-                _Interval(
-                    now,
-                    np.array([driver.position[0] for driver in self._drivers]),
-                    np.array([driver.speed for driver in self._drivers]),
-                    np.array([driver.action["acceleration"] for driver in self._drivers]),
-                    pitch,
-                )
-            )
+            if ego_at is not None:
+                x, y, self._ego.heading, self._ego.speed = ego_at(now)
+                self._ego.position[:] = x, y
+            for driver in self._drivers:
+                driver.follow_to(now)
+            turned = False
+            for driver in self._drivers:
+                if fires is not None:
+                    turned |= driver.start_maneuvers(fires, now)
+            if turned:
+                self.see_people()
+            for driver in self._drivers:
+                driver.decide()
+            self._history.append((now, tuple(driver.phase for driver in self._drivers)))
             self._decisions += 1
 
-    def _moved(self, interval: _Interval, elapsed_s: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(x, speed, pitch) after ``elapsed_s`` of constant acceleration that ends at standstill."""
-        a = interval.acceleration
-        stop_s = np.where(a < 0, interval.speed / np.maximum(-a, 1e-9), np.inf)
-        moving_s = np.minimum(elapsed_s, stop_s)
-        x = interval.x + self._sign * moving_s * (interval.speed + 0.5 * a * moving_s)
-        diving = settle(interval.pitch, -a, 0.0, moving_s)
-        return (
-            x,
-            np.maximum(interval.speed + a * moving_s, 0.0),
-            settle(diving, 0.0, 0.0, elapsed_s - moving_s),
-        )
+    def _phases(self, time_s: float) -> tuple[Phase, ...]:
+        for start, phases in reversed(self._history):
+            if start <= time_s + _TINY_S:
+                return phases
+        return self._history[0][1]
 
-    def poses(self, time_s: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """(x, speed, pitch, brake light) of the drivers, each (M,), in the order of ``movers``."""
-        if not self._intervals:
-            return (np.zeros(0),) * 4
-        interval = next(
-            (i for i in reversed(self._intervals) if i.start_s <= time_s + 1e-9), self._intervals[0]
-        )
-        x, speed, pitch = self._moved(interval, max(0.0, time_s - interval.start_s))
-        light = ((interval.acceleration < -_BRAKE_LIGHT_FROM_MPS2) | (speed < 0.05)).astype(np.float64)
-        return x, speed, pitch, light
+    def pose(self, mover: int, time_s: float) -> tuple[float, float, float, float]:
+        """(x, y, heading, speed) of one vehicle that drives; ``mover`` counts along ``movers``."""
+        phase = self._phases(time_s)[mover]
+        along, speed = phase.run(time_s)
+        left, turned = phase.beside(along)
+        x, y, heading = self._drivers[mover].way.pose(along)
+        if left:
+            x, y = x - left * math.sin(heading), y + left * math.cos(heading)
+        return x, y, heading + turned, speed
+
+    def poses(self, time_s: float) -> DrivingPoses:
+        """All vehicles that drive, in the order of ``movers``."""
+        if not self._drivers:
+            return DrivingPoses(*(np.zeros(0),) * 6)
+        rows = []
+        for index, phase in enumerate(self._phases(time_s)):
+            x, y, yaw, speed = self.pose(index, time_s)
+            rows.append((x, y, yaw, speed, phase.pitch(time_s), float(phase.braking(speed))))
+        return DrivingPoses(*np.array(rows).T)
+
+    def arrives_in_s(self, x_m: float, y_m: float, time_s: float) -> float:
+        """Time until the first vehicle passes a place beside or on its way, holding its speed; inf: none comes.
+
+        0 while one is passing.
+        """
+        soonest = math.inf
+        for driver, phase in zip(self._drivers, self._phases(time_s) if self._history else (), strict=True):
+            along, speed = phase.run(time_s)
+            there, left = driver.way.project(x_m, y_m)
+            ahead = there - along
+            if abs(left) > 15.0 or ahead < -0.5 * driver.LENGTH:
+                continue
+            gap = max(0.0, ahead - 0.5 * driver.LENGTH)
+            if gap == 0.0:
+                return 0.0
+            if speed > 0.3:
+                soonest = min(soonest, gap / speed)
+        return soonest

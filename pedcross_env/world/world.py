@@ -11,8 +11,10 @@ from pedcross_env.config import EgoConfig, LabelConfig, WorldConfig, require
 from pedcross_env.contracts import Outcome, Snapshot
 from pedcross_env.errors import ConfigError, PedcrossError
 from pedcross_env.scenario.scenario import Scenario
+from pedcross_env.scenario.trigger import Trigger
 from pedcross_env.world.actors import ActorRecords
 from pedcross_env.world.collision import CollisionFinder
+from pedcross_env.world.contact import STANDING_MPS
 from pedcross_env.world.crossing import ConflictFinder, crossing_stays
 from pedcross_env.world.ego import EgoMotion, EgoState
 from pedcross_env.world.pedestrians import PedestrianPoses, Pedestrians
@@ -66,19 +68,9 @@ class World:
         )
         self._people = Pedestrians(scenario.pedestrians, scenario.street)
         self._traffic = Traffic(scenario, ego, self._people)
-        self._records = ActorRecords(scenario, ego, self._traffic.movers, headlights=headlights)
-        self._conflicts = ConflictFinder(
-            self._people, ego, label, lane_y_m=self._lane_y_m, duration_s=scenario.duration_s
-        )
-        stays = [
-            (index, stay.start_s, stay.end_s)
-            for index, walk in enumerate(self._people.walks)
-            for stay in crossing_stays(walk, scenario.street)
-            if stay.start_s < scenario.duration_s
-        ]
-        self._stay_owner = np.array([s[0] for s in stays], dtype=np.int64)
-        self._stay_start_s = np.array([s[1] for s in stays], dtype=np.float64)
-        self._stay_end_s = np.array([s[2] for s in stays], dtype=np.float64)
+        self._records = ActorRecords(scenario, ego, self._traffic, headlights=headlights)
+        self._foresee()
+        self._watching = self._people.waiting
         self._collisions = CollisionFinder(
             scenario,
             ego,
@@ -93,6 +85,22 @@ class World:
         self.impact_speed_mps = math.nan
         self.collided_with = 0
         self._now: tuple[EgoState, PedestrianPoses] | None = None
+
+    def _foresee(self) -> None:
+        """Find stays and conflicts of all walks as they are known now."""
+        scenario = self.scenario
+        self._conflicts = ConflictFinder(
+            self._people, self._config, self._label, lane_y_m=self._lane_y_m, duration_s=scenario.duration_s
+        )
+        stays = [
+            (index, stay.start_s, stay.end_s)
+            for index, walk in enumerate(self._people.walks)
+            for stay in crossing_stays(walk, scenario.street)
+            if stay.start_s < scenario.duration_s
+        ]
+        self._stay_owner = np.array([s[0] for s in stays], dtype=np.int64)
+        self._stay_start_s = np.array([s[1] for s in stays], dtype=np.float64)
+        self._stay_end_s = np.array([s[2] for s in stays], dtype=np.float64)
 
     @property
     def time_s(self) -> float:
@@ -139,10 +147,47 @@ class World:
         self._motion.begin(self._demand_mps2)
         self._motion.advance(end)
         self._traffic.forget(start)
-        self._traffic.decide_until(end, self._motion.motion)
+        self._let_others_act(start, end)
         self._step_start_s, self._now = start, None
         self._steps += 1
         self._conclude(start, end)
+
+    def _let_others_act(self, start_s: float, end_s: float) -> None:
+        """Drivers decide and triggers fire, in the order of time, whatever the policy's rate."""
+        now = start_s
+        while now < end_s - _TIME_SLACK_S:
+            self._traffic.decide_until(now + 2 * _TIME_SLACK_S, self._ego_at, self._fires)
+            until = min(end_s, self._traffic.next_decision_s)
+            self._traffic.doors.watch(self._fires, until)
+            if self._watching and self._people.watch(now, until, self._fires):
+                self._watching = self._people.waiting
+                self._traffic.see_people()
+                self._foresee()
+            now = until
+
+    def _ego_at(self, time_s: float) -> tuple[float, float, float, float]:
+        x, speed = self._motion.motion(time_s)
+        return x, self._lane_y_m, 0.0, speed
+
+    def _fires(self, trigger: Trigger, place: tuple[float, float, float], time_s: float) -> bool:
+        """Whether a trigger's conditions hold for an actor at (x, y, heading), at a time of the present step."""
+        x_m, y_m, heading = place
+        if trigger.time_s is not None and time_s < trigger.time_s - _TIME_SLACK_S:
+            return False
+        if trigger.reached_x_m is not None and (x_m - trigger.reached_x_m) * math.cos(heading) < 0:
+            return False
+        x, speed = self._motion.motion(time_s)
+        ahead = x_m - x - 0.5 * self._config.length_m
+        if trigger.distance_m is not None and not 0 <= ahead <= trigger.distance_m:
+            return False
+        if trigger.ttc_s is not None and not 0 <= ahead <= trigger.ttc_s * speed:
+            return False
+        if trigger.ego_below_mps is not None and speed >= trigger.ego_below_mps:
+            return False
+        if trigger.gap_s is None:
+            return True
+        comes = -self._config.length_m <= ahead < max(speed * trigger.gap_s, 0.5 * (speed > STANDING_MPS))
+        return not comes and self._traffic.arrives_in_s(x_m, y_m, time_s) > trigger.gap_s
 
     def _conclude(self, start_s: float, end_s: float) -> None:
         finish_x = self.scenario.finish_x_m - 0.5 * self._config.length_m
@@ -179,7 +224,11 @@ class World:
                 f"{self._step_start_s} to {self.time_s}."
             )
         pose_time = self._pose_time(time_s)
-        actors = self._records.actors(self._traffic.poses(pose_time), self._people.poses(pose_time))
+        actors = self._records.actors(
+            self._traffic.poses(pose_time),
+            self._people.poses(pose_time),
+            self._traffic.doors.poses(pose_time),
+        )
         return Snapshot(time_s=time_s, ego=self._records.ego(self._motion.state(pose_time)), actors=actors)
 
     def _labelled(self) -> tuple[np.ndarray, np.ndarray]:
