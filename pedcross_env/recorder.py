@@ -31,6 +31,7 @@ from pedcross_env import __version__
 from pedcross_env.config import CameraConfig, EnvConfig, TrafficConfig, require
 from pedcross_env.contracts import INFO_KEYS, MODALITIES, Modality
 from pedcross_env.errors import ConfigError, DataError, unknown_name
+from pedcross_env.sensors.event_files import write_events
 from pedcross_env.sensors.events import counts_to_png
 from pedcross_env.warmup import COMPILING, compile_kernels
 from pedcross_env.weather import BAD_WEATHERS
@@ -265,7 +266,8 @@ def _record(config: GenerateConfig, video: _Video) -> None:
     if config.events:
         path = video.root / f"{video.subset}_events" / f"{video.name}.npz"
         path.parent.mkdir(exist_ok=True)
-        _replace(path, lambda temporary: np.savez_compressed(temporary, events=np.concatenate(events)))
+        shape = config.camera.height_px, config.camera.width_px
+        write_events(path, np.concatenate(events), shape=shape)
         rows = [row | {"events": str(path.relative_to(video.root))} for row in rows]
     _replace(video.manifest, lambda temporary: pq.write_table(pa.Table.from_pylist(rows), temporary))
 
