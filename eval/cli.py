@@ -198,6 +198,26 @@ def _demo(arguments: list[str], console: Console) -> None:
     _say(console, f"report: {report}")
 
 
+def _decimation(arguments: list[str], console: Console) -> None:
+    from eval.decimation import DecimationConfig, run_decimation
+
+    config = _parse(DecimationConfig, arguments, "decimation")
+    original, losses = run_decimation(config)
+    _say(
+        console,
+        f"{original.title}: {original.events.size} events on {original.picture.any(axis=2).sum()} pixels",
+    )
+    rows = [
+        (loss.method, f"{100 * loss.kept:.1f}", f"{100 * loss.pedestrian_kept:.1f}", str(loss.active),
+         f"{100 * loss.invalid:.1f}", f"{loss.strength:.2f}")
+        for loss in losses
+    ]  # fmt: skip
+    _table(
+        console, ("method", "kept %", "pedestrian kept %", "pixels", "no valid colour %", "strength"), rows
+    )
+    _say(console, f"figure: {config.out / 'decimation.png'}")
+
+
 def _warmup(arguments: list[str], console: Console) -> None:
     _no_options(arguments, "warmup")
     from pedcross_env.warmup import compile_kernels
@@ -254,6 +274,10 @@ COMMANDS: dict[str, tuple[str, Callable[[list[str], Any], None]]] = {
     "benchmark": ("score detectors on recorded videos: AUROC, F-score, intervals", _benchmark),
     "evaluate": ("let detectors brake on seeded crossings, beside the controls", _evaluate),
     "report": ("one HTML page of the results in a folder", _report),
+    "decimation": (
+        "what resizing does to event frames: the paper's appendix, drawn and counted",
+        _decimation,
+    ),
     "weathers": ("list the weathers", _weathers),
     "warmup": ("compile the kernels now instead of at the first use", _warmup),
 }

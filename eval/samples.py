@@ -13,7 +13,7 @@ from eval.jobs import EnvFactory, make_env
 from eval.store import prepare_folder, write_json
 from pedcross_env.config import EnvConfig
 
-__all__ = ["capture_samples", "paint_events"]
+__all__ = ["capture_samples", "find_moment", "paint_events"]
 
 NEAR_M, FAR_M = 8.0, 13.0
 SEARCHED_SEEDS = 60
@@ -37,7 +37,7 @@ def capture_samples(
         Facts of each pair; empty where none of 60 seeds has such a moment.
     """
     prepare_folder(folder)
-    moment = _find_moment(config, weathers[0], seed, env_factory)
+    moment = find_moment(config, weathers[0], seed, env_factory)
     samples = []
     if moment is not None:
         chosen, steps = moment
@@ -57,10 +57,13 @@ def capture_samples(
     return samples
 
 
-def _find_moment(
+def find_moment(
     config: EnvConfig, weather: str, seed: int, env_factory: EnvFactory
 ) -> tuple[int, int] | None:
-    """Search blind: without modalities a seed takes milliseconds."""
+    """The seed and step at which a labelled pedestrian is soonest 8 to 13 m ahead, of 60 seeds; None: at none.
+
+    The search is blind: without modalities a seed takes milliseconds.
+    """
     blind = EnvConfig(modalities=(), weather=(weather,), camera=config.camera, traffic=config.traffic)
     env = env_factory(blind)
     found: tuple[int, int] | None = None

@@ -22,6 +22,8 @@ from pedcross_env.errors import DataError
         (["generate", "--out", "{file}/data", "--videos", "1"], "cannot be written"),
         (["generate", "--out", "{out}", "--subsets", "defualt"], "Did you mean 'default'"),
         (["report", "--out", "{out}"], "holds no results"),
+        (["decimation", "--weather", "rane"], "Did you mean 'rain'"),
+        (["decimation", "--width-px", "2000"], "width_px = 2000 is not allowed: it must be 1 to 1600"),
         (["weathers", "--fog"], "takes no options"),
         (["warmup", "now"], "takes no options"),
     ],
