@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pedcross_env.config import DvsConfig
 from pedcross_env.sensors.dvs import DvsState, initial_state, log_luminance, step, step_counts
+from pedcross_env.sensors.dvs_config import DvsConfig
 
 SHAPE = (256, 450)
 FRAMES = 60
@@ -43,9 +43,9 @@ def milliseconds(
 def main() -> None:
     scenes = {"full motion": moving_scene(1.0), "static": [moving_scene(0.0)[0]] * FRAMES}
     configs = {
-        "clean": DvsConfig(background_rate_hz=0.0),
-        "C = .05": DvsConfig(positive_threshold=0.05, negative_threshold=0.05, background_rate_hz=0.0),
-        "noisy": DvsConfig(sigma_threshold=0.03, background_rate_hz=10.0),
+        "clean": DvsConfig(shot_hz=0.0),
+        "C = .05": DvsConfig(positive_threshold=0.05, negative_threshold=0.05, shot_hz=0.0),
+        "noisy": DvsConfig(sigma_threshold=0.03, shot_hz=10.0, leak_hz=0.1, cutoff_hz=30.0),
     }
     for scene, frames in scenes.items():
         for label, config in configs.items():

@@ -31,7 +31,7 @@ from pedcross_env.weather import weather_by_name
 SAMPLES = 8  # along each side of a pixel
 STEP_S, BIN_STEPS = 0.001, 5
 CLASSES = ("sky", "ground", "building", "vegetation", "furniture", "vehicle", "pedestrian")
-EVENTS = DvsConfig(positive_threshold=0.2, negative_threshold=0.2, background_rate_hz=0.0)
+EVENTS = DvsConfig(positive_threshold=0.2, negative_threshold=0.2, shot_hz=0.0)
 
 
 @dataclass

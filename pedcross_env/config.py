@@ -6,12 +6,13 @@ import dataclasses
 import math
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeVar
 
 from pedcross_env.contracts import MODALITIES, Modality
-from pedcross_env.errors import ConfigError, unknown_name
+from pedcross_env.errors import ConfigError, require, unknown_name
+from pedcross_env.sensors.dvs_config import DvsConfig, dvs_preset
 
 __all__ = [
     "CAMERA_PRESETS", "CameraConfig", "DvsConfig", "EgoConfig", "EnvConfig", "LabelConfig", "RewardConfig", "RgbConfig",
@@ -19,12 +20,6 @@ __all__ = [
 ]  # fmt: skip
 
 T = TypeVar("T")
-
-
-def require(condition: bool, name: str, value: object, allowed: str) -> None:
-    """Raise ConfigError naming the setting, its value and what is allowed, unless ``condition`` holds."""
-    if not condition:
-        raise ConfigError(f"{name} = {value!r} is not allowed: it must be {allowed}.")
 
 
 def _nested_dataclass(annotation: Any) -> type | None:
@@ -49,10 +44,10 @@ def from_mapping(cls: type[T], values: Mapping[str, Any]) -> T:
         if key not in known:
             raise unknown_name(f"key for {cls.__name__}", key, known)
         nested = _nested_dataclass(known[key])
-        if nested is CameraConfig and (
-            isinstance(value, str) or (isinstance(value, Mapping) and "preset" in value)
-        ):
-            value = _named_camera({"preset": value} if isinstance(value, str) else value)
+        named = isinstance(value, str) or (isinstance(value, Mapping) and "preset" in value)
+        if named and nested in (CameraConfig, DvsConfig):
+            preset = camera_preset if nested is CameraConfig else dvs_preset
+            value = _by_preset(preset, {"preset": value} if isinstance(value, str) else value)
         elif nested is not None and isinstance(value, Mapping):
             value = from_mapping(nested, value)
         arguments[key] = tuple(value) if isinstance(value, list) else value
@@ -62,9 +57,9 @@ def from_mapping(cls: type[T], values: Mapping[str, Any]) -> T:
         raise ConfigError(f"{cls.__name__}: {error}") from error
 
 
-def _named_camera(values: Mapping[str, Any]) -> CameraConfig:
+def _by_preset(preset: Callable[..., Any], values: Mapping[str, Any]) -> Any:
     changes = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items() if k != "preset"}
-    return camera_preset(str(values["preset"]), **changes)
+    return preset(str(values["preset"]), **changes)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -204,37 +199,6 @@ class RgbConfig:
             darkest = self.base_white_cd_m2 / self.max_gain
             require(self.fixed_white_cd_m2 >= darkest, "fixed_white_cd_m2", self.fixed_white_cd_m2,
                     f"base_white_cd_m2 / max_gain ({darkest:g}) or more")  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DvsConfig:
-    """The event camera: CARLA's parameters, and how densely the scene is sampled for it.
-
-    Defaults are those of CARLA's ``sensor.camera.dvs``, the paper's sensor.
-    """
-
-    positive_threshold: float = 0.3
-    negative_threshold: float = 0.3
-    sigma_threshold: float = 0.0  # spread of the thresholds
-    mismatch: Literal["pixel", "carla"] = "pixel"  # fixed per pixel, or CARLA's draw per pixel and frame
-    refractory_ns: int = 0
-    log_floor_cd_m2: float = 0.01  # added to the radiance before the logarithm: dark current
-    background_rate_hz: float = 0.1  # spurious events per pixel and second, both polarities together
-    max_flow_px: float = 1.0  # image motion allowed between two renders
-    max_subframes: int | None = 10  # per policy step; None: no cap
-
-    def __post_init__(self) -> None:
-        for name in ("positive_threshold", "negative_threshold"):
-            require(getattr(self, name) >= 0.01, name, getattr(self, name), "0.01 or more")
-        require(self.sigma_threshold >= 0, "sigma_threshold", self.sigma_threshold, "0 or more")
-        if self.mismatch not in ("pixel", "carla"):
-            raise unknown_name("mismatch", self.mismatch, ("pixel", "carla"))
-        require(self.refractory_ns >= 0, "refractory_ns", self.refractory_ns, "0 or more")
-        require(self.log_floor_cd_m2 > 0, "log_floor_cd_m2", self.log_floor_cd_m2, "positive")
-        require(self.background_rate_hz >= 0, "background_rate_hz", self.background_rate_hz, "0 or more")
-        require(self.max_flow_px > 0, "max_flow_px", self.max_flow_px, "positive")
-        if self.max_subframes is not None:
-            require(self.max_subframes >= 1, "max_subframes", self.max_subframes, "1 or more, or None")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

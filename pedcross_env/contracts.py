@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 __all__ = [
-    "ACTOR_DTYPE", "EVENT_DTYPE", "INFO_KEYS", "ActorKind", "Frame", "Modality", "MODALITIES", "Outcome",
+    "ACTOR_DTYPE", "EVENT_DTYPE", "INFO_KEYS", "ActorKind", "EventCause", "Frame", "Modality", "MODALITIES", "Outcome",
     "Snapshot", "StaticClass",
 ]  # fmt: skip
 
@@ -39,6 +39,17 @@ class StaticClass(IntEnum):
     BUILDING = -2
     VEGETATION = -3
     FURNITURE = -4
+
+
+class EventCause(IntEnum):
+    """What made an event, where it is not an actor (its positive id) or a StaticClass; -200 and below is noise."""
+
+    SIGNAL = -100  # a change of light that nobody traced
+    PRECIPITATION = -101  # a drop's streak or a flake
+    LIGHTNING = -102
+    LEAK = -200  # of the pixel's reference
+    SHOT_NOISE = -201
+    HOT_PIXEL = -202
 
 
 ACTOR_DTYPE = np.dtype(

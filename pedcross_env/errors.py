@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-__all__ = ["PedcrossError", "ConfigError", "DataError", "nearest", "unknown_name"]
+__all__ = ["PedcrossError", "ConfigError", "DataError", "nearest", "require", "unknown_name"]
 
 
 class PedcrossError(Exception):
@@ -18,6 +18,12 @@ class ConfigError(PedcrossError, ValueError):
 
 class DataError(PedcrossError):
     """A file that is missing, damaged or not what its name says."""
+
+
+def require(condition: bool, name: str, value: object, allowed: str) -> None:
+    """Raise ConfigError naming the setting, its value and what is allowed, unless ``condition`` holds."""
+    if not condition:
+        raise ConfigError(f"{name} = {value!r} is not allowed: it must be {allowed}.")
 
 
 def nearest(name: str, allowed: Iterable[str]) -> str | None:

@@ -1,213 +1,319 @@
-"""Kernels of the event camera. Flat pixel arrays; float32 throughout, as in CARLA.
+"""Our event camera: what a pixel does between two frames. All images are flat float32.
 
-NumPy's error model: a division that may raise is not vectorised.
+Levels that every pixel shares come as arrays of one value, else all of them as one value per pixel.
 """
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
-from numba import njit
 
-from pedcross_env.hashing import combine, unit
+from pedcross_env.camera.kernels.jit import inlined, kernel
+from pedcross_env.sensors._dvs_maths import TILE, add_count, exp_in_place, pack
 
-__all__ = ["add_background", "advance", "log_in_place", "spread_thresholds", "unpack"]
+__all__ = ["HOT", "LEAK", "SHOT", "SIGNAL", "advance", "follow", "queue"]
 
-_SQRT_HALF_BITS = np.int32(0x3F3504F3)
-_LN2 = np.float32(0.6931471805599453)
-_THIRD, _FIFTH, _SEVENTH, _NINTH = np.float32(1 / 3), np.float32(1 / 5), np.float32(1 / 7), np.float32(1 / 9)
-_TOLERANCE = np.float32(1e-6)  # smaller changes are none
-_MIN_THRESHOLD = np.float32(0.01)
+SIGNAL, LEAK, SHOT, HOT = 0, 1, 2, 3  # sources of an event, two bits of its sort key
 _NS = 1e9
-_TILE = 128
+_ZERO, _ONE, _HALF = np.float32(0), np.float32(1), np.float32(0.5)
+_SMALL = np.float32(0.05)  # below this the series is closer than the difference
 
 
-@njit(cache=True, error_model="numpy")
-def log_in_place(values: np.ndarray) -> None:
-    """ln of positive, normal float32 values: exponent ln 2 + 2 atanh((m - 1) / (m + 1)), m near 1."""
-    bits = values.view(np.int32)
-    exponent = np.empty(_TILE, np.float32)
-    mantissa = np.empty(_TILE, np.float32)
-    mantissa_bits = mantissa.view(np.int32)
-    for start in range(0, values.size, _TILE):
-        n = min(_TILE, values.size - start)
-        tile = bits[start : start + n]
-        for i in range(n):
-            shift = np.int32(np.int32(tile[i] - _SQRT_HALF_BITS) >> np.int32(23))
-            exponent[i] = np.float32(shift)
-            mantissa_bits[i] = np.int32(tile[i] - np.int32(shift << np.int32(23)))
-        out = values[start : start + n]
-        for i in range(n):
-            m = mantissa[i]
-            s = (m - np.float32(1)) / (m + np.float32(1))
-            q = s * s
-            series = q * (_THIRD + q * (_FIFTH + q * (_SEVENTH + q * _NINTH)))
-            out[i] = exponent[i] * _LN2 + np.float32(2) * (s + s * series)
+@kernel
+def follow(before, after, followed, angle, ln_half, out, work, ints):
+    """Low-pass a movie whose values run straight between frames: the photoreceptor, exactly at any frame rate.
 
+    A pole at f gives y1 = x1 - m (1 - e) + (y0 - x0) e with e = exp(-a), m = (x1 - x0) / a and
+    a = ``angle`` l / (l + l_half) for light l, the geometric mean of the frames'; ``angle`` is 2 pi f dt of full light.
 
-@njit(cache=True, error_model="numpy")
-def _normal(key: np.uint64) -> float:
-    """Draw a standard normal number (Box and Muller, 1958)."""
-    first, second = unit(combine(key, np.uint64(0))), unit(combine(key, np.uint64(1)))
-    return math.sqrt(-2.0 * math.log(first)) * math.cos(2.0 * math.pi * second)
-
-
-@njit(cache=True, error_model="numpy")
-def spread_thresholds(values: np.ndarray, sigma: float, key: np.uint64) -> None:
-    """Add a normal spread to every threshold, never below CARLA's least."""
-    for i in range(values.size):
-        drawn = np.float32(values[i] + np.float32(sigma * _normal(combine(key, np.uint64(i)))))
-        values[i] = max(_MIN_THRESHOLD, drawn)
-
-
-@njit(cache=True, inline="always")
-def _count(index: int, on: bool, counts: np.ndarray) -> None:
-    """Add one event to the counts, which stop at their type's largest value."""
-    channel = np.uint64(0 if on else 1)
-    value = counts[index, channel]
-    following = counts.dtype.type(value + 1)
-    if following != 0:
-        counts[index, channel] = following
-
-
-@njit(cache=True, inline="always")
-def _sort_key(index: int, on: bool, t_ns: int, bits: int) -> np.uint64:
-    """Pack time since the last frame, pixel and polarity: sorted keys are events sorted by (t, y, x, pol)."""
-    return (np.uint64(t_ns) << np.uint64(bits)) | (np.uint64(index) << np.uint64(1)) | np.uint64(on)
-
-
-@njit(cache=True, error_model="numpy")
-def _reaches_shared(frame: np.ndarray, reference: np.ndarray, positive: float, negative: float) -> bool:
-    """Whether any pixel is a threshold or more away from its reference, all with the same thresholds."""
-    hits = np.uint8(0)
-    for i in range(frame.size):
-        above = frame[i] >= reference[i] + positive
-        below = frame[i] <= reference[i] - negative
-        hits |= np.uint8(above) | np.uint8(below)
-    return bool(hits > 0)
-
-
-@njit(cache=True, error_model="numpy")
-def _reaches(frame: np.ndarray, reference: np.ndarray, positive: np.ndarray, negative: np.ndarray) -> bool:
-    """Whether any pixel is a threshold or more away from its reference."""
-    hits = np.uint8(0)
-    for i in range(frame.size):
-        above = frame[i] >= reference[i] + positive[i]
-        below = frame[i] <= reference[i] - negative[i]
-        hits |= np.uint8(above) | np.uint8(below)
-    return bool(hits > 0)
-
-
-@njit(cache=True, error_model="numpy")
-def advance(
-    previous: np.ndarray,
-    reference: np.ndarray,
-    last_event_s: np.ndarray,
-    frame: np.ndarray,
-    positive: np.ndarray,
-    negative: np.ndarray,
-    out_previous: np.ndarray,
-    out_reference: np.ndarray,
-    out_last_s: np.ndarray,
-    t0_ns: int,
-    t1_ns: int,
-    refractory_ns: int,
-    sigma: float,
-    key: np.uint64,
-    counts: np.ndarray,
-    keys: np.ndarray,
-    bits: int,
-) -> int:
-    """Find every threshold crossing between two frames; return how many events there are.
-
-    Keys beyond the room in ``keys`` are counted but not kept.
+    Args:
+        before: (N,) log luminance at the start; after: at the end; followed: the photoreceptor at the start.
+        angle: float32. ln_half: ln of the luminance at which the pole is half as fast, float32.
+        out: (N,) the photoreceptor at the end; work: (TILE,) float32; ints: (TILE,) int32.
     """
-    out_previous[:] = frame
-    out_reference[:] = reference
-    out_last_s[:] = last_event_s
-    dt = np.float32(t1_ns - t0_ns)
-    shared = positive.size == 1
-    counting = counts.shape[0] > 0
-    found = 0
-    for begin in range(0, frame.size, _TILE):
-        stop = min(begin + _TILE, frame.size)
-        # Most of a street stands still: a vectorised look tells whether any pixel of a tile can fire.
-        ends, levels = frame[begin:stop], reference[begin:stop]
-        if sigma > 0:
-            quiet = False
-        elif shared:
-            quiet = not _reaches_shared(ends, levels, positive[0], negative[0])
-        else:
-            quiet = not _reaches(ends, levels, positive[begin:stop], negative[begin:stop])
-        if quiet:
-            continue
-        for i in range(begin, stop):
-            start, end, level = previous[i], frame[i], reference[i]
-            on = end >= start
-            change = positive[0 if shared else i] if on else -negative[0 if shared else i]
-            if sigma > 0 and abs(start - end) > _TOLERANCE:
-                drawn = abs(change) + np.float32(sigma * _normal(combine(key, np.uint64(i + 1))))
-                change = max(_MIN_THRESHOLD, drawn) if on else -max(_MIN_THRESHOLD, drawn)
-            crossing = level + change
-            if (end >= crossing if on else end <= crossing) and abs(start - end) > _TOLERANCE:
-                last_s = last_event_s[i]
-                last_ns = np.int64(last_s * _NS)
-                slope = end - start
-                while (start < crossing <= end) if on else (end <= crossing < start):
-                    t = t0_ns + np.int64(np.float32((crossing - start) * dt) / slope)
-                    if t >= last_ns:
-                        if last_s == 0 or t - last_ns >= refractory_ns:
-                            if counting:
-                                _count(i, on, counts)
-                            elif found < keys.size:
-                                keys[np.uint64(found)] = _sort_key(i, on, t - t0_ns, bits)
-                            found += 1
-                            last_s = t / _NS
-                            last_ns = np.int64(last_s * _NS)
-                        level = crossing
-                    following = crossing + change
-                    if following == crossing:  # a threshold below the values' resolution would never end
-                        break
-                    crossing = following
-                out_last_s[i] = last_s
-                out_reference[i] = level
+    for begin in range(0, before.size, TILE):
+        n = min(TILE, before.size - begin)
+        a, x0, x1 = work[:n], before[begin : begin + n], after[begin : begin + n]
+        y0, y1 = followed[begin : begin + n], out[begin : begin + n]
+        for i in range(n):
+            a[i] = ln_half - _HALF * (x0[i] + x1[i])
+        exp_in_place(a, ints)
+        for i in range(n):
+            a[i] = angle / (_ONE + a[i])
+            y1[i] = -a[i]
+        exp_in_place(y1, ints)
+        for i in range(n):
+            gone, turn = _ONE - y1[i], a[i]
+            series = _ONE - turn * (_HALF - turn * (np.float32(1 / 6) - turn * np.float32(1 / 24)))
+            share = series if turn < _SMALL else gone / turn
+            y1[i] = x1[i] - (x1[i] - x0[i]) * share + (y0[i] - x0[i]) * y1[i]
+
+
+@kernel
+def _settle_shared(end, reference, on_step, off_step, leak, out_reference, fired):
+    """Count the thresholds between each pixel and its reference, move that by them; whether there are any."""
+    some = np.int32(0)
+    for i in range(end.size):
+        level = reference[i] - leak
+        away = end[i] - level
+        step = on_step if away >= _ZERO else off_step
+        crossings = np.int32(away / step)
+        out_reference[i] = level + np.float32(crossings) * step
+        fired[i] = crossings
+        some |= crossings
+    return some != 0
+
+
+@kernel
+def _settle(end, reference, on_step, off_step, leak_per_s, dt_s, out_reference, fired):
+    """Count the thresholds as above, each pixel with its own."""
+    some = np.int32(0)
+    for i in range(end.size):
+        level = reference[i] - leak_per_s[i] * dt_s
+        away = end[i] - level
+        step = on_step[i] if away >= _ZERO else off_step[i]
+        crossings = np.int32(away / step)
+        out_reference[i] = level + np.float32(crossings) * step
+        fired[i] = crossings
+        some |= crossings
+    return some != 0
+
+
+@kernel
+def _drifted_shared(drift, fired, leak, out_drift):
+    """Add up what leaked since each pixel's last event."""
+    for i in range(drift.size):
+        out_drift[i] = drift[i] + leak if fired[i] == 0 else _ZERO
+
+
+@kernel
+def _drifted(drift, fired, leak_per_s, dt_s, out_drift):
+    """Add up what leaked, as above, each pixel with its own rate."""
+    for i in range(drift.size):
+        out_drift[i] = drift[i] + leak_per_s[i] * dt_s if fired[i] == 0 else _ZERO
+
+
+@kernel
+def _held(last_event_s, t0_s, refractory_s, slow):
+    """Mark pixels that are still in their refractory period; whether there are any."""
+    some = np.uint8(0)
+    for i in range(last_event_s.size):
+        held = np.uint8(last_event_s[i] > _ZERO) & np.uint8(last_event_s[i] + refractory_s > t0_s)
+        slow[i] |= held
+        some |= held
+    return some > 0
+
+
+@kernel
+def _tally(fired, counts, top):
+    """Add crossings to counts (n, 2), which stop at ``top``."""
+    for i in range(fired.size):
+        on = np.int32(counts[i, 0]) + max(fired[i], np.int32(0))
+        off = np.int32(counts[i, 1]) + max(-fired[i], np.int32(0))
+        counts[i, 0] = min(on, top)
+        counts[i, 1] = min(off, top)
+
+
+@inlined
+def _emit(found, t_ns, index, on, source, counts, keys, bits):
+    if counts.shape[0] > 0:
+        add_count(index, on, counts)
+    elif found < keys.size:
+        keys[np.uint64(found)] = pack(t_ns, index, on, source, bits)
+    return found + 1
+
+
+@kernel
+def _fire(i, crossings, images, on_step, off_step, leak, drift, dt, counts, keys, bits, found):
+    """Write the events of a pixel that only follows its light: each where the line meets the next threshold."""
+    previous, frame, reference = images
+    on = crossings > 0
+    step = np.float64(on_step if on else -off_step)
+    start = np.float64(previous[i]) - np.float64(reference[i])
+    slope = np.float64(frame[i]) - np.float64(previous[i]) + np.float64(leak)
+    pace = dt / slope if slope * step > 0 else 0.0
+    source = LEAK if on and drift >= _HALF * on_step and leak > _ZERO else SIGNAL
+    for k in range(1, abs(crossings) + 1):
+        t = (k * step - start) * pace
+        found = _emit(found, np.int64(min(max(t, 0.0), dt - 1.0)), i, on, source, counts, keys, bits)
+        source = SIGNAL
     return found
 
 
-@njit(cache=True, error_model="numpy")
-def add_background(pixels, rate_hz, interval_ns, key, counts, keys, bits, found):
-    """Add a Poisson process of spurious events over all pixels; return the new number of events."""
-    if rate_hz <= 0:
-        return found
-    mean_gap_ns = _NS / (rate_hz * pixels)
-    t_ns = 0.0
-    counter = np.uint64(0)
+@kernel
+def _live(i, images, levels, drifts, last_event_s, outs, interval, noise, place, counts, keys, bits, found):
+    """Follow one pixel through noise events and refractory periods.
+
+    After an event it is held for the refractory period and starts anew from the level it then sees; a noise event also
+    makes it forget what it had seen. Returns the number of events and the place of the next noise event.
+    """
+    previous, frame, reference = images
+    on_steps, off_steps, leak_per_s = levels
+    out_reference, out_last_s, out_drift = outs
+    t0_ns, dt, refractory = interval
+    noise_pixel, noise_t, noise_code = noise
+    j = i if on_steps.size > 1 else 0
+    on_step, off_step = np.float64(on_steps[j]), np.float64(off_steps[j])
+    leak = np.float64(leak_per_s[j]) / _NS
+    start = np.float64(previous[i])
+    slope = (np.float64(frame[i]) - start) / dt
+    t, level = 0.0, np.float64(reference[i])
+    drift = np.float64(drifts[i]) if drifts.size > 0 else 0.0
+    last_s, free = 0.0, -1.0
+    if refractory > 0:
+        last_s = last_event_s[i]
+        if last_s > 0:
+            free = last_s * _NS - t0_ns + refractory
+    held = free > 0
     while True:
-        t_ns -= mean_gap_ns * math.log(unit(combine(key, counter)))
-        if t_ns >= interval_ns:
-            return found
-        drawn = combine(key, counter + np.uint64(1))
-        index = np.int64(((drawn >> np.uint64(32)) * np.uint64(pixels)) >> np.uint64(32))
-        on = (drawn & np.uint64(1)) == np.uint64(1)
-        if counts.shape[0] > 0:
-            _count(index, on, counts)
-        elif found < keys.size:
-            keys[found] = _sort_key(index, on, np.int64(t_ns), bits)
-        found += 1
-        counter += np.uint64(2)
+        if held:
+            while place < noise_pixel.size and noise_pixel[place] == i and noise_t[place] < free:
+                place += 1
+            if free >= dt:
+                t = dt
+                level = start + slope * dt
+                break
+            t, level, held, drift = free, start + slope * free, False, 0.0
+        away = start + slope * t - level
+        rate = slope + leak
+        due, on, source = np.inf, True, SIGNAL
+        if rate > 0:
+            due = max(t, t + (on_step - away) / rate)
+        elif rate < 0:
+            due, on = max(t, t + (off_step + away) / -rate), False
+        if place < noise_pixel.size and noise_pixel[place] == i and noise_t[place] <= due:
+            due = max(t, noise_t[place])
+            on, source = (noise_code[place] & np.uint8(4)) != 0, np.int64(noise_code[place] & np.uint8(3))
+            place += 1
+            level = start + slope * due
+        elif due > dt:
+            break
+        else:
+            drift += leak * (due - t)
+            if on and leak > 0 and drift >= 0.5 * on_step:
+                source = LEAK
+            level += (on_step if on else -off_step) - leak * (due - t)
+        t, drift = due, 0.0
+        at = np.int64(min(t, dt - 1.0))
+        found = _emit(found, at, i, on, source, counts, keys, bits)
+        if refractory > 0:
+            last_s, held, free = (t0_ns + at) / _NS, True, t + refractory
+    out_reference[i] = np.float32(level - leak * (dt - t))
+    if drifts.size > 0:
+        out_drift[i] = np.float32(drift + leak * (dt - t))
+    if refractory > 0:
+        out_last_s[i] = last_s
+    return found, place
 
 
-@njit(cache=True, error_model="numpy")
-def unpack(keys, bits, width, t0_ns, events):
-    """Write sort keys out as event records."""
+@kernel
+def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts, keys, bits, work):
+    """Move every pixel to the next frame; return how many events there are.
+
+    Args:
+        images: Photoreceptor at the start and at the end, and the reference.
+        levels: ON and OFF thresholds and the leak per second, all of one value or all of (N,).
+        drifts: (N,) what leaked since each pixel's last event, or (0,) without leak.
+        last_event_s: (N,) float64, 0 before the first; or (0,) without refractory period.
+        outs: New reference, last events and drifts.
+        interval: Start in ns, length in ns (float64), refractory period in ns (float64).
+        noise: Pixels (int32), times from the start in ns (float64) and codes (source, 4 for ON) of events, sorted.
+        counts: (N, 2) to be added to, or (0, 2) where ``keys`` are wanted; further keys than fit are counted, not kept.
+        keys: uint64. bits: those below the time. work: (TILE,) each of int32, uint8 and int32.
+    """
+    _, frame, reference = images
+    on_steps, off_steps, leak_per_s = levels
+    out_reference, _, out_drift = outs
+    t0_ns, dt, refractory = interval
+    fired_work, slow_work, chosen = work
+    shared, counting = on_steps.size == 1, counts.shape[0] > 0
+    dt_s = np.float32(dt / _NS)
+    top = np.int32(255 if counts.itemsize == 1 else 65535)
+    t0_s, refractory_s = t0_ns / _NS, refractory / _NS
+    found, place = 0, 0
+    for begin in range(0, frame.size, TILE):
+        n = min(TILE, frame.size - begin)
+        stop = begin + n
+        fired, slow = fired_work[:n], slow_work[:n]
+        if shared:
+            any_fired = _settle_shared(
+                frame[begin:stop], reference[begin:stop], on_steps[0], off_steps[0], leak_per_s[0] * dt_s,
+                out_reference[begin:stop], fired,
+            )  # fmt: skip
+        else:
+            any_fired = _settle(
+                frame[begin:stop], reference[begin:stop], on_steps[begin:stop], off_steps[begin:stop],
+                leak_per_s[begin:stop], dt_s, out_reference[begin:stop], fired,
+            )  # fmt: skip
+        if drifts.size > 0 and shared:
+            _drifted_shared(drifts[begin:stop], fired, leak_per_s[0] * dt_s, out_drift[begin:stop])
+        elif drifts.size > 0:
+            _drifted(drifts[begin:stop], fired, leak_per_s[begin:stop], dt_s, out_drift[begin:stop])
+        noisy = place < noise[0].size and noise[0][place] < stop
+        any_slow = noisy
+        if noisy or refractory > 0:
+            for i in range(n):
+                slow[i] = np.uint8(fired[i] != 0) & np.uint8(refractory > 0)
+            later = place
+            while later < noise[0].size and noise[0][later] < stop:
+                slow[noise[0][later] - begin] = 1
+                later += 1
+            if refractory > 0:
+                any_slow |= _held(last_event_s[begin:stop], t0_s, refractory_s, slow) or any_fired
+        if any_slow:
+            for i in range(n):
+                if slow[i] != 0:
+                    fired[i] = 0
+                    found, place = _live(
+                        begin + i, images, levels, drifts, last_event_s, outs, interval, noise, place,
+                        counts, keys, bits, found,
+                    )  # fmt: skip
+        if not any_fired:
+            continue
+        if counting:
+            for i in range(n):
+                found += abs(fired[i])
+            _tally(fired, counts[begin:stop], top)
+            continue
+        hits = 0
+        for i in range(n):
+            chosen[hits] = i
+            hits += np.int64(fired[i] != 0)
+        for k in range(hits):
+            i = begin + chosen[k]
+            j = 0 if shared else i
+            leak = leak_per_s[j] * dt_s
+            drift = drifts[i] + leak if drifts.size > 0 else _ZERO
+            found = _fire(
+                i,
+                fired[chosen[k]],
+                images,
+                on_steps[j],
+                off_steps[j],
+                leak,
+                drift,
+                dt,
+                counts,
+                keys,
+                bits,
+                found,
+            )
+    return found
+
+
+@kernel
+def queue(keys, bits, gap_ns, free_ns, longest_ns):
+    """Send sorted events over a bus, one in ``gap_ns``; what would wait longer than ``longest_ns`` is lost.
+
+    Keys are changed in place to the times of their sending. Returns how many are left and when the bus is free.
+    """
     mask = (np.uint64(1) << np.uint64(bits)) - np.uint64(1)
+    kept = 0
     for k in range(keys.size):
-        key = keys[k]
-        index = np.uint32((key & mask) >> np.uint64(1))
-        row = index // np.uint32(width)
-        event = events[k]
-        event["x"] = index - row * np.uint32(width)
-        event["y"] = row
-        event["t"] = t0_ns + np.int64(key >> np.uint64(bits))
-        event["pol"] = (key & np.uint64(1)) == np.uint64(1)
+        t = np.float64(keys[k] >> np.uint64(bits))
+        sent = max(t, free_ns)
+        if sent - t > longest_ns:
+            continue
+        free_ns = sent + gap_ns
+        keys[kept] = (np.uint64(np.int64(sent)) << np.uint64(bits)) | (keys[k] & mask)
+        kept += 1
+    return kept, free_ns

@@ -1,27 +1,55 @@
-"""The event camera: CARLA's ``sensor.camera.dvs``, bit for bit, on log luminance of any source.
+"""The event camera: light in, events out, the state an argument.
 
-Source of the rule: CARLA's DVS sensor (MIT), itself after ESIM (Rebecq et al., CoRL 2018). All of it in
-float32: between two frames each pixel's value runs straight; an event falls wherever it crosses the pixel's
-reference plus or minus a threshold, and the reference moves there, even when the refractory period hides
-the event.
+    config = dvs_preset("davis346")
+    state = initial_state(log_luminance(first, config.log_floor_cd_m2), 0, config, seed=1)
+    state, events = step(state, log_luminance(second, config.log_floor_cd_m2), 1_000_000, config)
+
+8-bit frames come by ``log_image(frame, config)``. Three models, see DvsConfig; ours, between two frames:
+
+1. The photoreceptor follows ln(light), which runs straight, through a pole that light makes faster.
+2. The reference leaks downwards.
+3. Wherever the photoreceptor is a threshold away from the reference, there is an event, at that very time, and the
+   reference moves by the threshold; after a refractory period it starts anew from what is seen then.
+4. Shot noise and hot pixels fire as Poisson processes; such an event makes the pixel forget what it had seen.
+5. A bus sends so many events a second; the others wait, and are lost where too many do.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pedcross_env.config import DvsConfig, require
-from pedcross_env.contracts import EVENT_DTYPE
+from pedcross_env.contracts import EVENT_DTYPE, EventCause
+from pedcross_env.errors import require
 from pedcross_env.hashing import child_key, seed_key
-from pedcross_env.sensors import _dvs_kernels as kernels
+from pedcross_env.sensors import _carla_kernels as carla
+from pedcross_env.sensors import _dvs_kernels as ours
+from pedcross_env.sensors import _dvs_maths as maths
+from pedcross_env.sensors import _noise_kernels as noise_kernels
+from pedcross_env.sensors import _v2e_kernels as v2e
+from pedcross_env.sensors.dvs_config import DvsConfig
+from pedcross_env.sensors.intensity import log_luminance
 
-__all__ = ["DvsState", "add_counts", "carla_log", "initial_state", "log_luminance", "step", "step_counts"]
+__all__ = ["DvsState", "add_counts", "initial_state", "log_luminance", "step", "step_counts", "step_labelled"]
 
 _NO_KEYS = np.empty(0, np.uint64)
 _NO_COUNTS = np.empty((0, 2), np.uint8)
+_NO_FLOATS = np.empty(0, np.float32)
+_NO_TIMES = np.empty(0, np.float64)
+_NO_LABELS = np.empty(0, np.int32)
+_NO_EVENTS = np.empty(0, EVENT_DTYPE)
 _EVENTS_PER_PIXEL = 6  # room of the first try; where it is short, the frame is run again with enough
+_SOURCE_CAUSE = np.array(
+    [EventCause.SIGNAL, EventCause.LEAK, EventCause.SHOT_NOISE, EventCause.HOT_PIXEL], np.int32
+)
+_HOT_SPREAD = (
+    math.log(2) / 0.6745
+)  # of ln(rate): half of the hot pixels are within a factor two of the median
+# Streams of the state's key; frames follow from _FRAMES on.
+_ON, _OFF, _LEAK_RATE, _PHASE, _HOT = range(5)
+_FRAMES = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,104 +58,130 @@ class DvsState:
 
     Attributes:
         log_frame: (H, W) float32, the previous frame.
-        reference: (H, W) float32, the level of the last threshold crossing.
-        last_event_s: (H, W) float64, time of the last event in seconds, 0 before the first.
+        photoreceptor: (H, W) float32, what the pixels make of it: the same without ``cutoff_hz``.
+        reference: (H, W) float32, the level that the next threshold counts from.
+        last_event_s: (H * W,) float64, time of the last event in seconds, 0 before the first; (0,) where it does
+            not matter.
+        drift: (H * W,) float32, what leaked since each pixel's last event; (0,) without leak.
         positive_threshold: (H * W,) float32, or (1,) where all pixels share it.
         negative_threshold: The same for OFF.
+        leak_per_s: The same for the leak of the reference.
+        hot_pixels: (N,) int32 and hot_hz (N,) float64: pixels that fire by themselves.
         time_ns: Of the previous frame.
         frame: Number of frames seen, counting the first as 0; part of the noise's key.
         key: 64-bit key of all that is random.
+        bus_free_ns: Time from which the bus is free, float.
+        waiting: EVENT_DTYPE, read out after ``time_ns``, and waiting_causes (N,) int32.
+        lost: Number of events that the bus lost so far.
     """
 
     log_frame: np.ndarray
+    photoreceptor: np.ndarray
     reference: np.ndarray
     last_event_s: np.ndarray
+    drift: np.ndarray
     positive_threshold: np.ndarray
     negative_threshold: np.ndarray
+    leak_per_s: np.ndarray
+    hot_pixels: np.ndarray
+    hot_hz: np.ndarray
     time_ns: int
     frame: int
     key: np.uint64
-
-
-def log_luminance(luminance: np.ndarray, floor: float) -> np.ndarray:
-    """Natural logarithm of luminance plus a floor (dark current), exact to float32 rounding.
-
-    Its own series instead of the library's logarithm: the same bits on every processor.
-
-    Args:
-        luminance: (H, W) float32, cd/m2, 0 or more.
-        floor: cd/m2, positive (DvsConfig.log_floor_cd_m2).
-
-    Returns:
-        (H, W) float32.
-    """
-    require(floor > 0, "floor", floor, "positive")
-    out = np.add(luminance, np.float32(floor), dtype=np.float32)
-    kernels.log_in_place(out.reshape(-1))
-    return out
-
-
-def carla_log(image: np.ndarray, eps: float = 0.001) -> np.ndarray:
-    """CARLA's logarithm of an 8-bit picture: ln(eps + grey / 255).
-
-    Args:
-        image: (H, W, 3) uint8, RGB.
-        eps: CARLA's ``log_eps``.
-
-    Returns:
-        (H, W) float32.
-    """
-    require(image.dtype == np.uint8 and image.ndim == 3 and image.shape[2] == 3, "image",
-            (image.dtype, image.shape), "(H, W, 3) uint8, RGB")  # fmt: skip
-    require(eps > 0, "eps", eps, "positive")
-    red, green, blue = (image[..., channel].astype(np.float64) for channel in range(3))
-    grey = (0.2989 * red + 0.587 * green + 0.114 * blue).astype(np.float32)
-    return np.log(np.float64(np.float32(eps)) + grey.astype(np.float64) / 255.0).astype(np.float32)
+    bus_free_ns: float = 0.0
+    waiting: np.ndarray = field(default_factory=_NO_EVENTS.copy)
+    waiting_causes: np.ndarray = field(default_factory=_NO_LABELS.copy)
+    lost: int = 0
 
 
 def _check_frame(log_frame: np.ndarray, shape: tuple[int, ...] | None = None) -> np.ndarray:
     require(log_frame.dtype == np.float32 and log_frame.ndim == 2 and log_frame.size > 0, "log_frame",
-            (log_frame.dtype, log_frame.shape), "a non-empty (H, W) float32")  # fmt: skip
+            (log_frame.dtype, log_frame.shape),
+            "a non-empty (H, W) float32; log_image makes one of an 8-bit frame, log_luminance of light")  # fmt: skip
     require(
         shape is None or log_frame.shape == shape, "log_frame.shape", log_frame.shape, f"the state's {shape}"
     )
-    return np.ascontiguousarray(log_frame)
+    return np.array(log_frame, order="C")
 
 
 def initial_state(log_frame: np.ndarray, time_ns: int, config: DvsConfig, seed: int) -> DvsState:
     """Start at the first frame, which gives no events.
 
+    With leak, pixels start anywhere on their way to the next leak event, as in a camera that has long been on.
+
     Args:
-        log_frame: (H, W) float32.
+        log_frame: (H, W) float32, see ``step``.
         time_ns: Its time.
         config: The camera.
-        seed: Of the thresholds' mismatch and of the background events.
+        seed: Of the pixels' differences and of all noise.
     """
     log_frame = _check_frame(log_frame)
-    require(log_frame.size < 2**31, "log_frame.size", log_frame.size, "below 2**31 pixels")
+    pixels = log_frame.size
+    require(pixels < 2**31, "log_frame.size", pixels, "below 2**31 pixels")
     require(time_ns >= 0, "time_ns", time_ns, "0 or more")
     key = seed_key(seed)
-    sigma = config.sigma_threshold if config.mismatch == "pixel" else 0.0
+    sigma = 0.0 if config.model == "carla" else config.sigma_threshold
+    size = pixels if sigma > 0 or (config.leak_hz > 0 and config.leak_spread_decades > 0) else 1
     thresholds = [
-        np.full(log_frame.size if sigma > 0 else 1, nominal, np.float32)
-        for nominal in (config.positive_threshold, config.negative_threshold)
+        np.full(size, c, np.float32) for c in (config.positive_threshold, config.negative_threshold)
     ]
     if sigma > 0:
-        for stream, values in enumerate(thresholds):
-            kernels.spread_thresholds(values, np.float32(sigma), child_key(key, stream))
+        for stream, values in zip((_ON, _OFF), thresholds, strict=True):
+            maths.spread(values, np.float32(sigma), child_key(key, stream))
+    leak_per_s = thresholds[0] * np.float32(config.leak_hz)
+    if config.leak_hz > 0 and config.leak_spread_decades > 0:
+        maths.lognormal(leak_per_s, config.leak_spread_decades, child_key(key, _LEAK_RATE))
+    reference, drift = log_frame.copy(), _NO_FLOATS
+    if config.leak_hz > 0:
+        phase = np.random.Generator(np.random.Philox(key=int(child_key(key, _PHASE)))).random(
+            pixels, np.float32
+        )
+        drift = phase * thresholds[0]
+        reference.reshape(-1)[:] -= drift
+    hot_pixels, hot_hz = _hot_pixels(pixels, config, int(child_key(key, _HOT)))
     return DvsState(
-        log_frame=log_frame.copy(),
-        reference=log_frame.copy(),
-        last_event_s=np.zeros(log_frame.shape, np.float64),
-        positive_threshold=thresholds[0],
-        negative_threshold=thresholds[1],
-        time_ns=int(time_ns),
-        frame=0,
-        key=key,
-    )
+        log_frame=log_frame, photoreceptor=log_frame, reference=reference,
+        last_event_s=np.zeros(pixels) if config.model == "carla" or config.refractory_ns > 0 else _NO_TIMES,
+        drift=drift, positive_threshold=thresholds[0], negative_threshold=thresholds[1], leak_per_s=leak_per_s,
+        hot_pixels=hot_pixels, hot_hz=hot_hz, time_ns=int(time_ns), frame=0, key=key, bus_free_ns=float(time_ns),
+    )  # fmt: skip
+
+
+def _hot_pixels(pixels: int, config: DvsConfig, key: int) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.Generator(np.random.Philox(key=key))
+    number = rng.binomial(pixels, config.hot_share) if config.hot_share > 0 and config.hot_hz > 0 else 0
+    chosen = np.sort(rng.choice(pixels, number, replace=False)).astype(np.int32)
+    return chosen, config.hot_hz * np.exp(_HOT_SPREAD * rng.standard_normal(number))
+
+
+def _index_bits(pixels: int) -> int:
+    """Bits that hold a pixel's index, the polarity and the source in an event's sort key."""
+    return (pixels - 1).bit_length() + 3
 
 
 def _run(
+    state: DvsState, log_frame: np.ndarray, time_ns: int, config: DvsConfig, counts: np.ndarray
+) -> tuple[DvsState, np.ndarray]:
+    """Advance by one frame; add to ``counts`` if it has rows, else return sorted keys of the events."""
+    log_frame = _check_frame(log_frame, state.log_frame.shape)
+    require(time_ns > state.time_ns, "time_ns", time_ns, f"later than the previous frame's {state.time_ns}")
+    longest = 1 << (62 - _index_bits(log_frame.size))
+    require(time_ns - state.time_ns < longest, "time_ns", time_ns,
+            f"less than {longest} ns after the previous frame's {state.time_ns}")  # fmt: skip
+    run = {"pedcross": _run_ours, "carla": _run_carla, "v2e": _run_v2e}[config.model]
+    keys = _NO_KEYS if len(counts) else np.empty(_EVENTS_PER_PIXEL * log_frame.size, np.uint64)
+    advanced, found = run(state, log_frame, int(time_ns), config, counts, keys)
+    if len(counts):
+        return advanced, _NO_KEYS
+    if found > keys.size:
+        keys = np.empty(found, np.uint64)
+        advanced, found = run(state, log_frame, int(time_ns), config, counts, keys)
+    keys = keys[:found]
+    keys.sort()
+    return advanced, keys
+
+
+def _run_ours(
     state: DvsState,
     log_frame: np.ndarray,
     time_ns: int,
@@ -135,44 +189,158 @@ def _run(
     counts: np.ndarray,
     keys: np.ndarray,
 ) -> tuple[DvsState, int]:
-    """Advance by one frame; write to ``counts`` if it has rows, else to ``keys``; count the events."""
-    log_frame = _check_frame(log_frame, state.log_frame.shape)
-    require(time_ns > state.time_ns, "time_ns", time_ns, f"later than the previous frame's {state.time_ns}")
-    bits = _index_bits(log_frame.size)
-    require(time_ns - state.time_ns < 1 << (62 - bits), "time_ns", time_ns,
-            f"less than {1 << (62 - bits)} ns after the previous frame's {state.time_ns}")  # fmt: skip
-    reference = np.empty_like(state.reference)
+    work = tuple(np.empty(maths.TILE, kind) for kind in (np.int32, np.uint8, np.int32))
+    dt_ns = float(time_ns - state.time_ns)
+    photoreceptor = log_frame
+    if config.cutoff_hz > 0:
+        photoreceptor = np.empty_like(log_frame)
+        ours.follow(
+            state.log_frame.reshape(-1), log_frame.reshape(-1), state.photoreceptor.reshape(-1),
+            np.float32(2 * math.pi * config.cutoff_hz * dt_ns * 1e-9), np.float32(math.log(config.cutoff_half_cd_m2)),
+            photoreceptor.reshape(-1), np.empty(maths.TILE, np.float32), work[0],
+        )  # fmt: skip
+    reference, drift = np.empty_like(state.reference), np.empty_like(state.drift)
+    last_event_s = state.last_event_s.copy()
+    found = ours.advance(
+        (state.photoreceptor.reshape(-1), photoreceptor.reshape(-1), state.reference.reshape(-1)),
+        (state.positive_threshold, state.negative_threshold, state.leak_per_s), state.drift, state.last_event_s,
+        (reference.reshape(-1), last_event_s, drift), (state.time_ns, dt_ns, float(config.refractory_ns)),
+        _noise(state, dt_ns, config), counts, keys, _index_bits(log_frame.size), work,
+    )  # fmt: skip
+    return _advanced(state, log_frame, photoreceptor, reference, last_event_s, drift, time_ns), found
+
+
+def _noise(state: DvsState, dt_ns: float, config: DvsConfig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Noise events of the interval: pixels, times from its start, codes."""
+    mean = config.shot_hz * noise_kernels.MOST_BY_THRESHOLD * state.log_frame.size + float(state.hot_hz.sum())
+    room = int(mean * dt_ns * 1e-9 + 8 * math.sqrt(mean * dt_ns * 1e-9)) + 16 if mean > 0 else 0
+    while True:
+        noise = (np.empty(room, np.int32), np.empty(room, np.float64), np.empty(room, np.uint8))
+        if mean == 0:
+            return noise
+        found = noise_kernels.draw_noise(
+            state.log_frame.reshape(-1), (state.positive_threshold, state.negative_threshold),
+            (float(config.positive_threshold), float(config.negative_threshold)),
+            (float(config.shot_hz), math.log(config.shot_half_cd_m2)), (state.hot_pixels, state.hot_hz), dt_ns,
+            child_key(state.key, _FRAMES + state.frame), *noise,
+        )  # fmt: skip
+        if found <= room:
+            return noise[0][:found], noise[1][:found], noise[2][:found]
+        room = found
+
+
+def _run_carla(
+    state: DvsState,
+    log_frame: np.ndarray,
+    time_ns: int,
+    config: DvsConfig,
+    counts: np.ndarray,
+    keys: np.ndarray,
+) -> tuple[DvsState, int]:
+    reference, last_event_s = np.empty_like(state.reference), np.empty_like(state.last_event_s)
+    found = carla.advance(
+        state.log_frame.reshape(-1), state.reference.reshape(-1), state.last_event_s, log_frame.reshape(-1),
+        state.positive_threshold[0], state.negative_threshold[0], reference.reshape(-1), last_event_s,
+        (state.time_ns, time_ns), int(config.refractory_ns), np.float32(config.sigma_threshold),
+        child_key(state.key, _FRAMES + state.frame), counts, keys, _index_bits(log_frame.size),
+    )  # fmt: skip
+    return _advanced(state, log_frame, log_frame, reference, last_event_s, state.drift, time_ns), found
+
+
+def _run_v2e(
+    state: DvsState,
+    log_frame: np.ndarray,
+    time_ns: int,
+    config: DvsConfig,
+    counts: np.ndarray,
+    keys: np.ndarray,
+) -> tuple[DvsState, int]:
+    dt_ns = float(time_ns - state.time_ns)
+    flat, photoreceptor, marks = log_frame.reshape(-1), log_frame, np.empty(0, np.uint8)
+    levels = (state.positive_threshold, state.negative_threshold, state.leak_per_s)
+    if config.cutoff_hz > 0 or config.shot_hz > 0:
+        light = np.empty(flat.size, np.float32)
+        v2e.intensity(flat, light)
+        if config.cutoff_hz > 0:
+            photoreceptor = np.empty_like(log_frame)
+            angle = np.float32(2 * math.pi * config.cutoff_hz * dt_ns * 1e-9)
+            v2e.follow(flat, state.photoreceptor.reshape(-1), light, angle, photoreceptor.reshape(-1))
+        if config.shot_hz > 0:
+            marks = np.empty(flat.size, np.uint8)
+            v2e.mark_shots(
+                light, levels[0], levels[1], (float(config.positive_threshold), float(config.negative_threshold)),
+                0.5 * config.shot_hz * dt_ns * 1e-9, child_key(state.key, _FRAMES + state.frame), marks,
+            )  # fmt: skip
+    reference, drift = np.empty_like(state.reference), np.empty_like(state.drift)
     last_event_s = np.empty_like(state.last_event_s)
-    previous = np.empty_like(log_frame)
-    frame = state.frame + 1
-    sigma = config.sigma_threshold if config.mismatch == "carla" else 0.0
-    key = child_key(state.key, frame + 1)  # +1: streams 0 and 1 drew the thresholds
-    found = kernels.advance(
-        state.log_frame.reshape(-1), state.reference.reshape(-1), state.last_event_s.reshape(-1),
-        log_frame.reshape(-1), state.positive_threshold, state.negative_threshold,
-        previous.reshape(-1), reference.reshape(-1), last_event_s.reshape(-1),
-        state.time_ns, int(time_ns), int(config.refractory_ns), np.float32(sigma), key, counts, keys, bits,
+    found = v2e.advance(
+        photoreceptor.reshape(-1), state.reference.reshape(-1), levels, state.drift, state.last_event_s,
+        (reference.reshape(-1), last_event_s, drift), (state.time_ns, dt_ns, float(config.refractory_ns)), marks,
+        counts, keys, _index_bits(flat.size),
     )  # fmt: skip
-    found = kernels.add_background(
-        log_frame.size, float(config.background_rate_hz), int(time_ns) - state.time_ns,
-        child_key(key, 0), counts, keys, bits, found,
+    return _advanced(state, log_frame, photoreceptor, reference, last_event_s, drift, time_ns), found
+
+
+def _advanced(
+    state: DvsState, log_frame: np.ndarray, photoreceptor: np.ndarray, reference: np.ndarray, last_event_s: np.ndarray,
+    drift: np.ndarray, time_ns: int,
+) -> DvsState:  # fmt: skip
+    return replace(
+        state, log_frame=log_frame, photoreceptor=photoreceptor, reference=reference, last_event_s=last_event_s,
+        drift=drift, time_ns=time_ns, frame=state.frame + 1,
     )  # fmt: skip
-    advanced = DvsState(
-        log_frame=previous,
-        reference=reference,
-        last_event_s=last_event_s,
-        positive_threshold=state.positive_threshold,
-        negative_threshold=state.negative_threshold,
-        time_ns=int(time_ns),
-        frame=frame,
-        key=state.key,
+
+
+def _read_out(
+    state: DvsState, keys: np.ndarray, start_ns: int, config: DvsConfig
+) -> tuple[DvsState, np.ndarray]:
+    """Send sorted keys over the bus, if it has a limit."""
+    if config.bus_events_per_s is None:
+        return state, keys
+    gap_ns = 1e9 / config.bus_events_per_s
+    kept, free_ns = ours.queue(
+        keys,
+        _index_bits(state.log_frame.size),
+        gap_ns,
+        state.bus_free_ns - start_ns,
+        gap_ns * config.bus_queue,
     )
-    return advanced, found
+    return replace(state, bus_free_ns=free_ns + start_ns, lost=state.lost + keys.size - kept), keys[:kept]
 
 
-def _index_bits(pixels: int) -> int:
-    """Bits that hold a pixel's index and the polarity in an event's sort key."""
-    return (pixels - 1).bit_length() + 1
+def _events(
+    state: DvsState,
+    log_frame: np.ndarray,
+    time_ns: int,
+    config: DvsConfig,
+    causes: np.ndarray | None,
+    labelled: bool,
+) -> tuple[DvsState, np.ndarray, np.ndarray]:
+    start_ns = state.time_ns
+    state, keys = _run(state, log_frame, time_ns, config, _NO_COUNTS)
+    state, keys = _read_out(state, keys, start_ns, config)
+    bits = _index_bits(log_frame.size)
+    events = np.empty(keys.size, EVENT_DTYPE)
+    maths.unpack(keys, bits, log_frame.shape[1], start_ns, events)
+    labels = _labels(keys, bits, causes) if labelled else _NO_LABELS
+    if config.bus_events_per_s is None:
+        return state, events, labels
+    # What the bus sends after this frame is delivered with a later one: every step's events lie within it.
+    events = np.concatenate([state.waiting, events])
+    now = int(np.searchsorted(events["t"], time_ns))
+    if labelled:
+        labels = np.concatenate([state.waiting_causes, labels])
+    state = replace(state, waiting=events[now:], waiting_causes=labels[now:])
+    return state, events[:now], labels[:now]
+
+
+def _labels(keys: np.ndarray, bits: int, causes: np.ndarray | None) -> np.ndarray:
+    labels = _SOURCE_CAUSE[(keys & np.uint64(3)).astype(np.intp)]
+    if causes is not None:
+        signal = labels == EventCause.SIGNAL
+        index = (keys[signal] & np.uint64((1 << bits) - 1)) >> np.uint64(3)
+        labels[signal] = causes.reshape(-1)[index.astype(np.intp)]
+    return labels
 
 
 def step(
@@ -182,26 +350,43 @@ def step(
 
     Args:
         state: Unchanged.
-        log_frame: (H, W) float32, log luminance at ``time_ns`` (or 0..255 for CARLA's linear mode).
+        log_frame: (H, W) float32 at ``time_ns``: ln(cd/m2) by ``log_luminance``, or of an 8-bit frame by ``log_image``;
+            for CARLA's linear mode, grey levels. v2e's filter and shot noise read grey levels from it (``lin_log``).
         time_ns: Later than the state's.
-        config: The camera.
+        config: The camera, the same as for the state before.
 
     Returns:
-        The new state and (N,) EVENT_DTYPE sorted by (t, y, x, pol).
+        The new state and (N,) EVENT_DTYPE sorted by (t, y, x, pol), state.time_ns <= t < time_ns (CARLA's rounding may
+        reach ``time_ns`` and a few ns beyond).
 
     Raises:
         ConfigError: For a frame of another shape or dtype, or a time that does not advance.
     """
-    keys = np.empty(_EVENTS_PER_PIXEL * log_frame.size, np.uint64)
-    advanced, found = _run(state, log_frame, time_ns, config, _NO_COUNTS, keys)
-    if found > keys.size:
-        keys = np.empty(found, np.uint64)
-        advanced, found = _run(state, log_frame, time_ns, config, _NO_COUNTS, keys)
-    keys = keys[:found]
-    keys.sort()
-    events = np.empty(found, EVENT_DTYPE)
-    kernels.unpack(keys, _index_bits(log_frame.size), log_frame.shape[1], state.time_ns, events)
-    return advanced, events
+    return _events(state, log_frame, time_ns, config, None, False)[:2]
+
+
+def step_labelled(
+    state: DvsState, log_frame: np.ndarray, time_ns: int, config: DvsConfig, causes: np.ndarray | None = None
+) -> tuple[DvsState, np.ndarray, np.ndarray]:
+    """Advance like step, and tell for each event what made it.
+
+    An event is LEAK where the leak made up half of the threshold or more since the pixel's last event.
+
+    Args:
+        state: Unchanged.
+        log_frame: As for step.
+        time_ns: As for step.
+        config: The camera.
+        causes: (H, W) int32, what a change of light at each pixel is put down to: an actor's id, a StaticClass or an
+            EventCause (``sensors.causes`` makes it); None: all is EventCause.SIGNAL.
+
+    Returns:
+        The new state, the events, and (N,) int32: their causes; those of noise are EventCause's.
+    """
+    if causes is not None:
+        require(causes.shape == log_frame.shape and causes.dtype == np.int32, "causes", (causes.dtype, causes.shape),
+                f"int32 of shape {log_frame.shape}")  # fmt: skip
+    return _events(state, log_frame, time_ns, config, causes, True)
 
 
 def step_counts(
@@ -222,7 +407,11 @@ def step_counts(
     shape = (*log_frame.shape, 2)
     fits = counts.shape == shape and counts.dtype in (np.uint8, np.uint16) and counts.flags.c_contiguous
     require(fits, "counts", (counts.dtype, counts.shape), f"C-contiguous uint8 or uint16 of shape {shape}")
-    return _run(state, log_frame, time_ns, config, counts.reshape(-1, 2), _NO_KEYS)[0]
+    if config.bus_events_per_s is not None:  # which events are lost depends on their times
+        state, events = step(state, log_frame, time_ns, config)
+        add_counts(counts, events)
+        return state
+    return _run(state, log_frame, time_ns, config, counts.reshape(-1, 2))[0]
 
 
 def add_counts(counts: np.ndarray, events: np.ndarray) -> None:

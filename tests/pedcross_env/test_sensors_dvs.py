@@ -1,114 +1,20 @@
-"""The event camera against CARLA's rule word for word, v2e's recorded counts, and its invariants."""
+"""Our event camera: analytic ramps, a pixel stepped densely in time, and its invariants."""
 
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
+import itertools
+import math
 
 import numpy as np
 import pytest
+from dvs_movies import STEP_NS, config, f32, play, smooth_sequence
 
-from pedcross_env.config import DvsConfig
 from pedcross_env.contracts import EVENT_DTYPE
 from pedcross_env.errors import ConfigError
-from pedcross_env.sensors.dvs import (
-    DvsState,
-    add_counts,
-    carla_log,
-    initial_state,
-    log_luminance,
-    step,
-    step_counts,
-)
-
-V2E = Path(__file__).parents[2].parent / "shared/realdata/v2e"
-STEP_NS = 33_333_333
-f32 = np.float32
-
-
-def config(threshold: float = 0.3, **changes: object) -> DvsConfig:
-    values = {"positive_threshold": threshold, "negative_threshold": threshold, "background_rate_hz": 0.0}
-    return DvsConfig(**(values | changes))  # type: ignore[arg-type]
-
-
-def smooth_sequence(seed: int, frames: int = 8, shape: tuple[int, int] = (12, 17)) -> np.ndarray:
-    """Smooth random log-luminance movie, float32."""
-    rng = np.random.default_rng(seed)
-    y, x = np.mgrid[: shape[0], : shape[1]]
-    movie = np.zeros((frames, *shape))
-    for _ in range(12):
-        a, b, c, d = rng.normal(0, 0.4), rng.normal(0, 0.4), rng.uniform(0, 6.3), rng.normal(0, 1.2)
-        movie += 0.4 * np.sin(a * x + b * y + c + d * np.arange(frames)[:, None, None])
-    return movie.astype(f32)
-
-
-def play(movie: np.ndarray, camera: DvsConfig, seed: int = 3) -> tuple[DvsState, list[np.ndarray]]:
-    state, found = initial_state(movie[0], 0, camera, seed), []
-    for k, frame in enumerate(movie[1:], 1):
-        state, events = step(state, frame, k * STEP_NS, camera)
-        found.append(events)
-    return state, found
-
-
-def carla_oracle(movie: np.ndarray, positive: float, negative: float, refractory_ns: int) -> np.ndarray:
-    """CARLA's loop, word for word: scalars, float32, no shortcut."""
-    rows, columns = movie.shape[1:]
-    reference, previous = movie[0].copy(), movie[0].copy()
-    last = np.zeros((rows, columns), np.float64)
-    t0, out = 0, []
-    for k in range(1, len(movie)):
-        t1 = k * STEP_NS
-        dt, frame_events = t1 - t0, []
-        for y in range(rows):
-            for x in range(columns):
-                start, end = previous[y, x], movie[k, y, x]
-                if not abs(f32(start - end)) > f32(1e-6):
-                    continue
-                pol = 1 if end >= start else -1
-                threshold = f32(positive) if pol > 0 else f32(negative)
-                crossing = reference[y, x]
-                while True:
-                    crossing = f32(crossing + f32(f32(pol) * threshold))
-                    if not ((pol > 0 and start < crossing <= end) or (pol < 0 and end <= crossing < start)):
-                        break
-                    elapsed = f32(f32(f32(crossing - start) * f32(dt)) / f32(end - start))
-                    t = t0 + int(elapsed)
-                    last_ns = int(last[y, x] * 1e9)
-                    if t >= last_ns:
-                        if last[y, x] == 0 or t - last_ns >= refractory_ns:
-                            frame_events.append((x, y, t, pol > 0))
-                            last[y, x] = t / 1e9
-                        reference[y, x] = crossing
-        previous, t0 = movie[k].copy(), t1
-        out += sorted(frame_events, key=lambda e: (e[2], e[1], e[0], e[3]))
-    return np.array(out, EVENT_DTYPE)
-
-
-@pytest.mark.parametrize("threshold", [0.3, 0.05])
-@pytest.mark.parametrize("refractory_ns", [0, 3_000_000])
-@pytest.mark.parametrize("seed", [1, 2])
-def test_events_equal_carlas_rule_transcribed_literally(
-    threshold: float, refractory_ns: int, seed: int
-) -> None:
-    movie = smooth_sequence(seed)
-    expected = carla_oracle(movie, threshold, threshold, refractory_ns)
-    _, found = play(movie, config(threshold, refractory_ns=refractory_ns))
-    events = np.concatenate(found)
-    assert expected.size > 300
-    np.testing.assert_array_equal(events, expected)
-
-
-def test_unequal_thresholds_equal_carlas_rule() -> None:
-    movie = smooth_sequence(5)
-    _, found = play(movie, config(positive_threshold=0.11, negative_threshold=0.23))
-    np.testing.assert_array_equal(np.concatenate(found), carla_oracle(movie, 0.11, 0.23, 0))
-
-
-def test_refractory_period_hides_events_but_moves_the_reference() -> None:
-    movie = smooth_sequence(1)
-    free, held = play(movie, config(0.05)), play(movie, config(0.05, refractory_ns=3_000_000))
-    assert sum(map(len, held[1])) < sum(map(len, free[1]))
-    np.testing.assert_array_equal(held[0].reference, free[0].reference)
+from pedcross_env.sensors.dvs import DvsState, add_counts, initial_state, step, step_counts
+from pedcross_env.sensors.dvs_config import DVS_PRESETS, DvsConfig, dvs_preset
+from pedcross_env.sensors.intensity import log_image, log_luminance
 
 
 @pytest.mark.parametrize("rise", [1.17, -0.87])
@@ -133,30 +39,101 @@ def test_events_reconstruct_the_log_frame_within_a_threshold(positive: float, ne
     assert np.abs(rebuilt - movie[-1]).max() <= max(positive, negative) + 1e-5
 
 
-@pytest.mark.skipif(not V2E.is_dir(), reason="v2e's recorded counts (../shared/realdata/v2e) are not here")
-@pytest.mark.parametrize("name", ["c05_05", "c20_20", "c30_18"])
-def test_counts_equal_those_of_v2e_for_every_pixel_polarity_and_frame(name: str) -> None:
-    """Both rules count how many thresholds fit between the reference and the frame; their times differ."""
-    recorded = np.load(V2E / f"{name}.npz")
-    movie = recorded["log_frames"]
-    camera = config(
-        positive_threshold=float(recorded["theta_on"]), negative_threshold=float(recorded["theta_off"])
-    )
-    state = initial_state(movie[0], 0, camera, 0)
-    assert not recorded["counts"][0].any()
-    for k in range(1, len(movie)):
-        counts = np.zeros((*movie.shape[1:], 2), np.uint8)
-        state = step_counts(state, movie[k], round(k * 1e9 / float(recorded["fps"])), camera, counts)
-        np.testing.assert_array_equal(counts[..., 1], recorded["counts"][k, 0], f"OFF, frame {k}")
-        np.testing.assert_array_equal(counts[..., 0], recorded["counts"][k, 1], f"ON, frame {k}")
+def test_the_frame_rate_does_not_matter_where_light_runs_straight() -> None:
+    """Splitting every interval in three leaves every event where it was, also behind a filter that has settled."""
+    coarse = smooth_sequence(3, frames=5)
+    share = np.arange(3, dtype=f32)[:, None, None] / 3
+    fine = np.concatenate([a + (b - a) * share for a, b in itertools.pairwise(coarse)] + [coarse[-1:]])
+    once = np.concatenate(play(coarse, config(0.1), step_ns=3 * STEP_NS)[1])
+    thrice = np.concatenate(play(fine.astype(f32), config(0.1))[1])
+    assert len(once) > 500
+    assert abs(len(once) - len(thrice)) <= 2  # a crossing at a frame's very end
+    times = np.sort(once["t"]), np.sort(thrice["t"])
+    if len(once) == len(thrice):
+        assert np.abs(times[0] - times[1]).max() < 500
+
+
+def dense_oracle(movie: np.ndarray, camera: DvsConfig, steps: int = 20_000) -> list[list[tuple[float, bool]]]:
+    """Every pixel by itself in small steps of time, float64; per pixel (t in s, ON)."""
+    dt = STEP_NS * 1e-9 / steps
+    out = []
+    for trace in movie.reshape(len(movie), -1).T.astype(float):
+        light = np.concatenate(
+            [np.linspace(a, b, steps, endpoint=False) for a, b in itertools.pairwise(trace)] + [trace[-1:]]
+        )
+        seen = light.copy()
+        if camera.cutoff_hz:
+            mean = np.repeat(0.5 * (trace[1:] + trace[:-1]), steps)
+            pole = 2 * math.pi * camera.cutoff_hz / (1 + camera.cutoff_half_cd_m2 / np.exp(mean))
+            for k in range(1, len(light)):
+                middle = 0.5 * (light[k - 1] + light[k])
+                seen[k] = middle + (seen[k - 1] - middle) * math.exp(-pole[k - 1] * dt)
+            seen = np.interp(np.arange(len(light)), np.arange(0, len(light), steps), seen[::steps])
+        events, reference, free = [], seen[0], 0.0
+        leak = camera.leak_hz * camera.positive_threshold * dt
+        held = False
+        for k in range(1, len(seen)):
+            t = k * dt
+            if held:
+                if t < free:
+                    continue
+                held, reference = False, seen[k]
+            reference -= leak
+            while not held:
+                on = seen[k] - reference >= camera.positive_threshold
+                if not on and reference - seen[k] < camera.negative_threshold:
+                    break
+                reference += camera.positive_threshold if on else -camera.negative_threshold
+                events.append((t, bool(on)))
+                if camera.refractory_ns:
+                    held, free = True, t + camera.refractory_ns * 1e-9
+        out.append(events)
+    return out
+
+
+DENSE = {
+    "plain": {},
+    "refractory": {"refractory_ns": 4_000_000},
+    "long refractory": {"refractory_ns": 50_000_000},
+    "slow photoreceptor": {"cutoff_hz": 8.0, "cutoff_half_cd_m2": 1.0},
+    "all": {
+        "refractory_ns": 4_000_000,
+        "cutoff_hz": 20.0,
+        "cutoff_half_cd_m2": 0.5,
+        "negative_threshold": 0.25,
+    },
+}
+
+
+@pytest.mark.parametrize("name", DENSE)
+def test_events_equal_those_of_pixels_stepped_densely(name: str) -> None:
+    camera = config(**({"threshold": 0.15} | DENSE[name]))
+    movie = smooth_sequence(9, frames=5, shape=(3, 4))
+    _, found = play(movie, camera)
+    events = np.concatenate(found)
+    expected = dense_oracle(movie, camera)
+    assert sum(map(len, expected)) > 30
+    for pixel, truth in enumerate(expected):
+        ours = events[events["y"].astype(int) * 4 + events["x"] == pixel]
+        assert ours["pol"].tolist() == [on for _, on in truth]
+        np.testing.assert_allclose(
+            ours["t"] * 1e-9, [t for t, _ in truth], rtol=0, atol=5e-5
+        )  # the steps add up
 
 
 CAMERAS = {
     "plain": config(0.1),
     "refractory": config(0.05, refractory_ns=3_000_000),
-    "pixel mismatch": config(0.1, sigma_threshold=0.03),
-    "carla mismatch": config(0.1, sigma_threshold=0.03, mismatch="carla"),
-    "background": config(0.1, background_rate_hz=40.0),
+    "mismatch": config(0.1, sigma_threshold=0.03),
+    "shot": config(0.1, shot_hz=40.0),
+    "shot with mismatch, leak and hot pixels": config(
+        0.1, sigma_threshold=0.03, shot_hz=40.0, leak_hz=2.0, leak_spread_decades=0.1, hot_share=0.02
+    ),
+    "leak": config(0.1, leak_hz=2.0),
+    "bus": config(0.05, bus_events_per_s=20_000.0, bus_queue=50),
+    "carla": config(0.1, model="carla", refractory_ns=3_000_000),
+    "carla mismatch": config(0.1, sigma_threshold=0.03, model="carla"),
+    **{name: preset for name, preset in DVS_PRESETS.items() if name != "carla"},
 }
 
 
@@ -181,17 +158,22 @@ def test_same_seed_same_bytes_sorted_and_no_trace_in_inputs_or_global_rng(name: 
     np.random.seed(5)  # noqa: NPY002
     before = np.random.get_state()[1].copy()  # type: ignore[index, union-attr]  # noqa: NPY002
     state = initial_state(movie[0], 0, camera, 11)
+    state, _ = step(state, movie[1], STEP_NS, camera)
     arrays = [getattr(state, f.name) for f in dataclasses.fields(DvsState)]
     copies = [np.copy(array) for array in arrays]
-    frame = movie[1].copy()
-    _, first = step(state, frame, STEP_NS, camera)
-    _, again = step(state, frame, STEP_NS, camera)
+    frame = movie[2].copy()
+    _, first = step(state, frame, 2 * STEP_NS, camera)
+    _, again = step(state, frame, 2 * STEP_NS, camera)
     assert first.tobytes() == again.tobytes()
     assert first.dtype == EVENT_DTYPE
-    np.testing.assert_array_equal(
-        first, first[np.lexsort((first["pol"], first["x"], first["y"], first["t"]))]
-    )
-    np.testing.assert_array_equal(frame, movie[1])
+    assert first["t"].min(initial=STEP_NS) >= STEP_NS
+    assert camera.model == "carla" or first["t"].max(initial=STEP_NS) < 2 * STEP_NS
+    in_order = first[np.lexsort((first["pol"], first["x"], first["y"], first["t"]))]
+    if camera.bus_events_per_s is None:
+        np.testing.assert_array_equal(first, in_order)
+    else:
+        assert (np.diff(first["t"]) >= 0).all()
+    np.testing.assert_array_equal(frame, movie[2])
     for array, copy in zip(arrays, copies, strict=True):
         np.testing.assert_array_equal(array, copy)
     np.testing.assert_array_equal(np.random.get_state()[1], before)  # type: ignore[index]  # noqa: NPY002
@@ -203,6 +185,7 @@ def test_the_state_does_not_share_memory_with_the_frames() -> None:
     state, _ = step(state, frame, STEP_NS, camera)
     frame[:] = 99
     assert state.log_frame.max() < 10
+    assert state.photoreceptor.max() < 10
     assert state.reference.max() < 10
 
 
@@ -227,32 +210,7 @@ def test_counts_saturate() -> None:
     assert counts.tolist() == [[[255, 0]]]
 
 
-def test_background_events_are_poisson_and_leave_the_reference_alone() -> None:
-    rate_hz, camera = 20.0, config(background_rate_hz=20.0)
-    frame = np.zeros((100, 150), f32)
-    state, found = play(np.stack([frame] * 31), camera)
-    events = np.concatenate(found)
-    expected = rate_hz * frame.size * 30 * STEP_NS * 1e-9
-    assert abs(events.size - expected) < 5 * expected**0.5
-    assert abs(events["pol"].sum() - expected / 2) < 5 * (expected / 4) ** 0.5
-    per_pixel = np.bincount(events["y"].astype(int) * 150 + events["x"], minlength=frame.size)
-    assert per_pixel.var() == pytest.approx(per_pixel.mean(), rel=0.1)
-    for k, part in enumerate(found):
-        assert part["t"].min() >= k * STEP_NS
-        assert part["t"].max() < (k + 1) * STEP_NS
-    np.testing.assert_array_equal(state.reference, frame)
-
-
-def test_background_differs_between_frames_and_seeds() -> None:
-    camera, still = config(background_rate_hz=20.0), np.zeros((3, 60, 60), f32)
-    _, (first, second) = play(still, camera, seed=1)
-    _, (other, _) = play(still, camera, seed=2)
-    assert first.size
-    assert second["x"].tobytes() != first["x"].tobytes()
-    assert other.tobytes() != first.tobytes()
-
-
-def test_pixel_mismatch_is_fixed_and_has_the_spread_asked_for() -> None:
+def test_mismatch_is_fixed_and_has_the_spread_asked_for() -> None:
     camera = config(0.3, sigma_threshold=0.03)
     state = initial_state(np.zeros((150, 200), f32), 0, camera, 4)
     for thresholds in (state.positive_threshold, state.negative_threshold):
@@ -263,14 +221,22 @@ def test_pixel_mismatch_is_fixed_and_has_the_spread_asked_for() -> None:
     assert later.positive_threshold is state.positive_threshold
 
 
-def test_carlas_mismatch_makes_pixels_stick() -> None:
-    """A small draw leaves the reference behind the signal for good: CARLA's quirk, kept under its name."""
-    t = np.arange(200)
-    movie = np.tile((1.5 * np.sin(t / 30))[:, None, None], (1, 10, 10)).astype(f32)
-    plain = sum(map(len, play(movie, config(0.3))[1]))
-    carla = sum(map(len, play(movie, config(0.3, sigma_threshold=0.1, mismatch="carla"))[1]))
-    pixel = sum(map(len, play(movie, config(0.3, sigma_threshold=0.1))[1]))
-    assert carla < 0.7 * plain < 0.9 * pixel
+def test_the_photoreceptor_is_slower_in_the_dark() -> None:
+    """A step of light is followed to 1 - 1/e within 1 / (2 pi f), f = cutoff l / (l + half)."""
+    camera = config(1 - math.exp(-1), cutoff_hz=100.0, cutoff_half_cd_m2=1.0)
+    delays = []
+    for light in (100.0, 0.01):
+        base = f32(math.log(light))
+        state = initial_state(np.full((1, 1), base, f32), 0, camera, 0)
+        times_ns = np.concatenate([[1], np.arange(1, 4000) * 100_000])
+        for t in times_ns:  # the step takes a nanosecond
+            state, events = step(state, np.full((1, 1), base + f32(1), f32), int(t), camera)
+            if len(events):
+                delays.append(int(events["t"][0]) * 1e-9)
+                break
+    for delay, light in zip(delays, (100.0, 0.01), strict=True):
+        lit = light * math.e
+        assert delay == pytest.approx((1 + 1 / lit) / (2 * math.pi * 100), rel=0.02)
 
 
 def test_log_luminance_is_the_natural_logarithm_to_float32_rounding() -> None:
@@ -282,24 +248,32 @@ def test_log_luminance_is_the_natural_logarithm_to_float32_rounding() -> None:
     assert (np.diff(found[0]) >= 0).all()
 
 
-def test_carla_log_follows_the_grey_table() -> None:
-    image = np.array([[[0, 0, 0], [255, 255, 255], [10, 200, 30]]], np.uint8)
-    grey = [0.0, 0.9999 * 255, 0.2989 * 10 + 0.587 * 200 + 0.114 * 30]
-    expected = np.log(0.001 + np.array(grey) / 255)
-    np.testing.assert_allclose(carla_log(image)[0], expected, atol=1e-6)
-    # From black to the next grey level is 1.594 in CARLA: the reason why its nights are noisy.
-    step_up = carla_log(np.array([[[0, 0, 0], [1, 1, 1]]], np.uint8))[0]
-    assert step_up[1] - step_up[0] == pytest.approx(1.594, abs=1e-3)
+def test_pictures_become_the_light_they_show() -> None:
+    camera = DvsConfig(white_cd_m2=500.0, log_floor_cd_m2=0.01)
+    image = np.array([[0, 128, 255]], np.uint8)
+    linear = np.array([0.0, ((128 / 255 + 0.055) / 1.055) ** 2.4, 1.0])
+    np.testing.assert_allclose(log_image(image, camera)[0], np.log(500 * linear + 0.01), atol=1e-5)
+    colour = np.repeat(image[..., None], 3, axis=2)
+    np.testing.assert_allclose(log_image(colour, camera), log_image(image, camera), atol=1e-5)
 
 
 def test_wrong_frames_and_times_are_refused() -> None:
     camera = config()
     state = initial_state(np.zeros((4, 5), f32), 100, camera, 0)
-    with pytest.raises(ConfigError, match="float32"):
-        step(state, np.zeros((4, 5)), 200, camera)
+    with pytest.raises(ConfigError, match="log_image"):
+        step(state, np.zeros((4, 5), np.uint8), 200, camera)
     with pytest.raises(ConfigError, match=r"\(4, 5\)"):
         step(state, np.zeros((5, 4), f32), 200, camera)
     with pytest.raises(ConfigError, match="later than"):
         step(state, np.zeros((4, 5), f32), 100, camera)
     with pytest.raises(ConfigError, match="C-contiguous"):
         step_counts(state, np.zeros((4, 5), f32), 200, camera, np.zeros((5, 4, 2), np.uint8))
+
+
+def test_unknown_cameras_are_refused_with_the_nearest_name() -> None:
+    with pytest.raises(ConfigError, match="davis346"):
+        dvs_preset("davis364")
+    with pytest.raises(ConfigError, match="shot_hz"):
+        dvs_preset("davis346", shot_rate_hz=3.0)
+    with pytest.raises(ConfigError, match="pedcross"):
+        DvsConfig(model="pedcros")  # type: ignore[arg-type]
