@@ -1,16 +1,15 @@
-"""Ground, sky and wet road for cameras that turn or roll and for streets that bend: the general kernels' work space."""
+"""Ground and sky for cameras that turn or roll and for streets that bend: the general kernels' work space."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from pedcross_env.camera.kernels.ground_free import draw_ground_and_sky_freely, shadow_bounds
-from pedcross_env.camera.kernels.mirror_tilted import mirror_in_road_tilted
 from pedcross_env.camera.kernels.street_profile import STREET_ROWS, WORK_SIZE
 from pedcross_env.camera.layout import GroundTables
 from pedcross_env.camera.pinhole import CameraPose
 
-__all__ = ["draw_ground_freely", "horizon_line", "mirror_tilted"]
+__all__ = ["draw_ground_freely", "horizon_line"]
 
 
 def horizon_line(pose: CameraPose) -> tuple[float, float]:
@@ -43,20 +42,3 @@ def draw_ground_freely(
         pose.rotation, pose.origin, env, ground.layout, ground.tables, shadows, bounds, lights, optics, xs, size, frame,
         works, buf,
     )  # fmt: skip
-
-
-def mirror_tilted(
-    pose: CameraPose,
-    out: np.ndarray,
-    inverse: np.ndarray,
-    ids: np.ndarray,
-    wetness: float,
-    extinction_per_m: float,
-    share: np.ndarray,
-    work: tuple[np.ndarray, ...],
-) -> None:
-    """Add what the wet road mirrors to a rolled camera; see ``kernels.mirror_tilted``."""
-    row, tilt = horizon_line(pose)
-    mirror_in_road_tilted(
-        out, inverse, ids, row, tilt, pose.focal_px, pose.origin[2], wetness, extinction_per_m, share, *work
-    )

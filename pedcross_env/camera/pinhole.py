@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pedcross_env.camera.lens import distort, undistort
 from pedcross_env.config import CameraConfig
+from pedcross_env.optics import distort, undistort
 
 __all__ = ["CameraPose", "camera_pose", "project", "rays"]
 

@@ -8,11 +8,12 @@ import numpy as np
 
 from pedcross_env.camera.actor_tables import ActorTables, Cast
 from pedcross_env.camera.environment import beam_place, constant_environment, environment, others_beams
-from pedcross_env.camera.free import draw_ground_freely, mirror_tilted
+from pedcross_env.camera.free import draw_ground_freely, horizon_line
 from pedcross_env.camera.glare import Glare
 from pedcross_env.camera.kernels.crown import TEXTURE_CHANNELS
-from pedcross_env.camera.kernels.finish import finish_frame, mirror_in_road
+from pedcross_env.camera.kernels.finish import finish_frame
 from pedcross_env.camera.kernels.ground import draw_ground_and_sky
+from pedcross_env.camera.kernels.mirror import GRID_PLANES, mirror_in_road
 from pedcross_env.camera.kernels.scene import draw_scene
 from pedcross_env.camera.kernels.shadows import (
     CAPSULES_PER_ACTOR,
@@ -49,6 +50,7 @@ from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import Frame, Snapshot, StaticClass
 from pedcross_env.errors import ConfigError
 from pedcross_env.scenario.street import StreetSpec
+from pedcross_env.weather.road import film_slope
 from pedcross_env.weather.weather import Weather
 
 __all__ = ["Renderer"]
@@ -86,7 +88,7 @@ class Renderer:
         self._tables = _beam_tables()
         self._table = self._tables[0]
         self._vehicles, self._materials = model_table(), material_table()
-        self._mirror: tuple[dict[int, np.ndarray], tuple[np.ndarray, ...]] | None = None
+        self._mirror: tuple[np.ndarray, np.ndarray] | None = None
         self._scenery: Scenery | None = None
         self._free: GroundTables | None = None
         self._light: Light | None = None
@@ -205,7 +207,7 @@ class Renderer:
                 rotation, camera, env, street, (scenery.along, self._stripes, self._grain), self._bands, shadows, lights, optics,
                 self._xs, shape, rest, owners, self._ground_work, self._buf,
             )  # fmt: skip
-        self._mirror_in_road(pose, out, depth, ids)
+        self._mirror_in_road(pose, out, depth, ids, light)
         luminance = out[0].copy() if luminance_only else np.empty(shape, np.float32)
         if owners:
             finish_frame(out, depth, luminance)
@@ -277,34 +279,22 @@ class Renderer:
         return (mask, u0, v0) if self._lens is None else (mask.reshape(-1)[self._lens.nearest], 0, 0)
 
     def _mirror_in_road(
-        self, pose: CameraPose, out: np.ndarray, inverse: np.ndarray, ids: np.ndarray
+        self, pose: CameraPose, out: np.ndarray, inverse: np.ndarray, ids: np.ndarray, light: Light
     ) -> None:
         """Add what a wet road mirrors."""
-        wetness, beta = self._weather.wetness, self._weather.extinction_per_m
-        if wetness <= 0:
+        weather = self._weather
+        if weather.wetness <= 0:
             return
-        mirror, work = self._mirror_work(len(out), inverse.shape)
-        if pose.rotation[0, 2] != 0:
-            mirror_tilted(pose, out, inverse, ids, wetness, beta, self._weight, (mirror, *work))
-            return
-        horizon = pose.cy - pose.focal_px * pose.rotation[2, 2] / pose.rotation[1, 2]
-        height = pose.origin[2]
-        mirror_in_road(
-            out, inverse, ids, horizon, pose.focal_px, height, wetness, beta, self._weight, mirror, *work
-        )
-
-    def _mirror_work(
-        self, channels: int, shape: tuple[int, int]
-    ) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
-        """Work space of the wet road's mirror image, made when first needed."""
         if self._mirror is None:
-            h, w = shape
-            planes = {c: np.zeros((c, h, w), np.float32) for c in (1, 3)}
-            self._mirror = (
-                planes,
-                (np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros((h + 1, w))),
-            )
-        return self._mirror[0][channels], self._mirror[1]
+            h, w = inverse.shape
+            self._mirror = np.zeros((GRID_PLANES, h // 2, w // 2), np.float32), np.zeros((2, w), np.float32)
+        horizon, tilt = horizon_line(pose)
+        film = weather.wetness, film_slope(weather.water_film_mm, weather.rain_mm_h)
+        unknown = light.horizon if len(out) == 3 else np.array([light.airlight])
+        mirror_in_road(
+            out, inverse, ids, self._alpha, horizon, tilt, pose.focal_px, pose.origin[2], film, unknown.astype(np.float32),
+            *self._mirror,
+        )  # fmt: skip
 
     def _with_props(self, cast: Cast, camera: np.ndarray) -> Cast:
         """Add roofs and the furniture near by, which shrinks to nothing at the limit rather than pop up."""

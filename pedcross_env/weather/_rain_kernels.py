@@ -9,7 +9,7 @@ from numba import njit
 
 from pedcross_env.hashing import combine, unit
 
-__all__ = ["FADE", "draw_rain"]
+__all__ = ["FADE", "LENSES", "bend", "draw_rain"]
 
 FADE = 0.4  # above the least width, over which a drop gains its full strength
 
@@ -18,13 +18,15 @@ _DROPS_PER_CELL = 4.0
 _LARGEST_CELL_M = 3.0
 _SWAY_LEAST, _SWAY_MORE = 3.0, 4.0  # rad/s at which flakes sway
 TURN = 2.0 * math.pi
+LENSES = ("pinhole", "brown", "fisheye")  # by their number in ``bend``
+_PLACE, _PER_PLACE = np.uint64((1 << 21) - 1), 2.0**-21
 _EDGE_PX = 0.5  # half a pixel: edges are blurred by the pixel's own width
 
 
 @njit(cache=True, error_model="numpy")
-def _poisson(mean: float, key: np.uint64) -> int:
-    """Draw a Poisson number by inversion; for means up to some tens."""
-    chance = math.exp(-mean)
+def _poisson(none: float, mean: float, key: np.uint64) -> int:
+    """Draw a Poisson number by inversion, for means up to some tens; ``none`` = exp(-mean)."""
+    chance = none
     total, target, number = chance, unit(key), 0
     while total < target and number < 1000:
         number += 1
@@ -34,12 +36,28 @@ def _poisson(mean: float, key: np.uint64) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def _interval(slope: float, offset: float, half: float, low: float, high: float) -> tuple[float, float]:
-    """Narrow [low, high] to where |slope x + offset| <= half; an empty result has low > high."""
-    if abs(slope) < 1e-9:
-        return (low, high) if abs(offset) <= half else (1.0, 0.0)
-    a, b = (-half - offset) / slope, (half - offset) / slope
-    return max(low, min(a, b)), min(high, max(a, b))
+def bend(lens: int, k: np.ndarray, x: float, y: float) -> tuple[float, float, float]:
+    """Where a lens shows the ray (x, y, 1), in focal lengths, and how it magnifies across the radius; 0: not at all.
+
+    ``lens``: 0 a pinhole, 1 Brown, 2 a fisheye, with the coefficients ``k``: the formulas of pedcross_env.optics.
+    """
+    if lens == 0:
+        return x, y, 1.0
+    r2 = x * x + y * y
+    if lens == 1:
+        radial = 1.0 + r2 * (k[0] + r2 * k[1])
+        if 1.0 + r2 * (3.0 * k[0] + 5.0 * r2 * k[1]) <= 0.05:  # beyond where the lens folds
+            return x, y, 0.0
+        bent_x = x * radial + 2.0 * k[2] * x * y + k[3] * (r2 + 2.0 * x * x)
+        return bent_x, y * radial + k[2] * (r2 + 2.0 * y * y) + 2.0 * k[3] * x * y, radial
+    r = math.sqrt(r2)
+    if r < 1e-9:
+        return x, y, 1.0
+    theta = math.atan(r)
+    t = theta * theta
+    scale = theta * (1.0 + t * (k[0] + t * (k[1] + t * (k[2] + t * k[3])))) / r
+    rising = 1.0 + t * (3.0 * k[0] + t * (5.0 * k[1] + t * (7.0 * k[2] + t * 9.0 * k[3])))
+    return x * scale, y * scale, scale if rising > 0.05 else 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -67,19 +85,25 @@ def _streak(
     opacity = strength * width_px / (width_px + length)
     most_across, most_along = min(1.0, width_px), min(1.0, width_px + length)
     reach = half_along * abs(along_y) + half_across * abs(along_x)
+    side = half_along * abs(along_x) + half_across * abs(along_y)
     first_row = max(0, math.floor(middle_y - reach))
     last_row = min(rows - 1, math.floor(middle_y + reach))
+    if last_row < first_row or middle_x + side < 0 or middle_x - side > columns:
+        return False
+    # In a row: the columns no farther than half the width from the streak's line, and within its ends' reach.
+    steep = abs(along_y) > 1e-3
+    slant = along_x / along_y if steep else 0.0
+    half_row = half_across / abs(along_y) if steep else side
+    colour, hidden = radiance.shape[0] > 0, depth.shape[0] > 0
     hit = False
     for row in range(first_row, last_row + 1):
         dy = row + 0.5 - middle_y
-        low, high = _interval(along_y, -along_x * dy, half_across, -1e9, 1e9)
-        low, high = _interval(along_x, along_y * dy, half_along, low, high)
-        if low > high:
-            continue
-        first = max(0, math.ceil(max(low + middle_x - 0.5, -1.0)))
-        last = min(columns - 1, math.floor(min(high + middle_x - 0.5, float(columns))))
+        at = slant * dy
+        low, high = max(at - half_row, -side), min(at + half_row, side)
+        first = max(0, math.ceil(low + middle_x - 0.5))
+        last = min(columns - 1, math.floor(high + middle_x - 0.5))
         for column in range(first, last + 1):
-            if depth.shape[0] > 0 and depth[row, column] < z:
+            if hidden and depth[row, column] < z:
                 continue
             dx = column + 0.5 - middle_x
             across = min(most_across, half_across - abs(dx * along_y - dy * along_x))
@@ -89,8 +113,10 @@ def _streak(
             share = np.float32(opacity * across * along)
             hit = True
             luminance[row, column] += share * (brightness - luminance[row, column])
-            for c in range(radiance.shape[0]):
-                radiance[c, row, column] += share * (brightness - radiance[c, row, column])
+            if colour:
+                radiance[0, row, column] += share * (brightness - radiance[0, row, column])
+                radiance[1, row, column] += share * (brightness - radiance[1, row, column])
+                radiance[2, row, column] += share * (brightness - radiance[2, row, column])
     return hit
 
 
@@ -122,7 +148,7 @@ def _class_streaks(
     depth: np.ndarray,
     origin: np.ndarray,
     rotation: np.ndarray,
-    optics: tuple[float, float, float],
+    optics: tuple[float, float, float, float, float, int, np.ndarray],
     time_s: float,
     exposure_s: float,
     velocity: np.ndarray,
@@ -135,11 +161,10 @@ def _class_streaks(
     key: np.uint64,
 ) -> int:
     """Draw one size class of drops, all moving at ``velocity`` (world), swaying about their way by ``sway_m``."""
-    focal, cx, cy = optics
+    focal, cx, cy, side, top, lens, coefficients = optics
     low_mm, high_mm, per_m3, slope = size
     least_px, nearest = limits
     scatter, table, spans, beam = lights
-    rows, columns = luminance.shape
     farthest = 1e-3 * high_mm * focal / least_px
     if farthest <= nearest:
         return 0
@@ -151,73 +176,84 @@ def _class_streaks(
     slack = sway_m + 0.5 * exposure_s * (np.abs(velocity) + abs(ego_mps) * np.abs(rotation[2]))
     low, high = np.full(3, 1e18), np.full(3, -1e18)
     for z in (nearest, farthest):
-        for u in (0.0, float(columns)):
-            for v in (0.0, float(rows)):
-                ray = np.array([(u - cx) / focal * z, (v - cy) / focal * z, z])
+        for u in (-side, side):
+            for v in (-top, top):
                 for axis in range(3):
-                    corner = (
-                        rotation[0, axis] * ray[0] + rotation[1, axis] * ray[1] + rotation[2, axis] * ray[2]
-                    )
+                    corner = z * (rotation[0, axis] * u + rotation[1, axis] * v + rotation[2, axis])
                     corner += origin[axis] - shift[axis]
                     low[axis] = min(low[axis], corner - slack[axis])
                     high[axis] = max(high[axis], corner + slack[axis])
     first, last = np.floor(low / cell).astype(np.int64), np.floor(high / cell).astype(np.int64)
-    # A cell is skipped when its bounding sphere, widened by half a streak, lies outside the frustum.
-    radius = 0.5 * math.sqrt(3.0) * cell + math.sqrt(slack[0] ** 2 + slack[1] ** 2 + slack[2] ** 2)
-    side, top = max(cx, columns - cx) / focal, max(cy, rows - cy) / focal
+    # A cell is skipped when its bounding sphere, widened by half a streak, lies outside the frustum; so is a drop.
+    widest = math.sqrt(slack[0] ** 2 + slack[1] ** 2 + slack[2] ** 2)
+    radius = 0.5 * math.sqrt(3.0) * cell + widest
     side_norm, top_norm = math.hypot(1.0, side), math.hypot(1.0, top)
     mean = per_m3 * cell**3
+    none = math.exp(-mean)
     falling = math.exp(-slope * (high_mm - low_mm))
+    half = 0.5 * exposure_s
     drawn = 0
-    here = np.empty(3)
     for ix in range(first[0], last[0] + 1):
+        wx = (ix + 0.5) * cell + shift[0] - origin[0]
         for iy in range(first[1], last[1] + 1):
+            wy = (iy + 0.5) * cell + shift[1] - origin[1]
+            column_key = combine(combine(key, np.uint64(ix)), np.uint64(iy))
             for iz in range(first[2], last[2] + 1):
-                wx = (ix + 0.5) * cell + shift[0] - origin[0]
-                wy = (iy + 0.5) * cell + shift[1] - origin[1]
                 wz = (iz + 0.5) * cell + shift[2] - origin[2]
-                px = rotation[0, 0] * wx + rotation[0, 1] * wy + rotation[0, 2] * wz
-                py = rotation[1, 0] * wx + rotation[1, 1] * wy + rotation[1, 2] * wz
                 pz = rotation[2, 0] * wx + rotation[2, 1] * wy + rotation[2, 2] * wz
                 if pz + radius < nearest or pz - radius > farthest:
                     continue
+                px = rotation[0, 0] * wx + rotation[0, 1] * wy + rotation[0, 2] * wz
+                py = rotation[1, 0] * wx + rotation[1, 1] * wy + rotation[1, 2] * wz
                 if abs(px) - side * pz > radius * side_norm or abs(py) - top * pz > radius * top_norm:
                     continue
-                place = combine(combine(combine(key, np.uint64(ix)), np.uint64(iy)), np.uint64(iz))
-                for drop in range(_poisson(mean, combine(place, np.uint64(0)))):
+                place = combine(column_key, np.uint64(iz))
+                for drop in range(_poisson(none, mean, combine(place, np.uint64(0)))):
                     own = combine(place, np.uint64(drop + 1))
+                    # Three places in the cell of 21 bits each.
+                    hx = wx + (np.float64(own & _PLACE) * _PER_PLACE - 0.5) * cell
+                    hy = wy + (np.float64((own >> np.uint64(21)) & _PLACE) * _PER_PLACE - 0.5) * cell
+                    hz = wz + (np.float64((own >> np.uint64(42)) & _PLACE) * _PER_PLACE - 0.5) * cell
+                    own = combine(own, np.uint64(1))
+                    if sway_m > 0:
+                        turns = combine(own, np.uint64(3))
+                        speed = _SWAY_LEAST + _SWAY_MORE * unit(combine(turns, np.uint64(4)))
+                        turn = TURN * unit(turns) + time_s * speed
+                        hx += sway_m * math.cos(turn)
+                        hy += sway_m * math.sin(turn)
+                    z = rotation[2, 0] * hx + rotation[2, 1] * hy + rotation[2, 2] * hz
+                    if z < nearest or z > farthest:
+                        continue
+                    x = rotation[0, 0] * hx + rotation[0, 1] * hy + rotation[0, 2] * hz
+                    y = rotation[1, 0] * hx + rotation[1, 1] * hy + rotation[1, 2] * hz
+                    if (
+                        abs(x) - side * z > (widest + 0.02) * side_norm
+                        or abs(y) - top * z > (widest + 0.02) * top_norm
+                    ):
+                        continue
                     # Truncated exponential: the law of sizes within the class.
                     diameter_mm = low_mm - math.log(1.0 - unit(own) * (1.0 - falling)) / slope
-                    for axis in range(3):
-                        index = ix if axis == 0 else (iy if axis == 1 else iz)
-                        own = combine(own, np.uint64(axis))
-                        here[axis] = (index + unit(own)) * cell + shift[axis] - origin[axis]
-                    if sway_m > 0:
-                        own = combine(own, np.uint64(3))
-                        turn = TURN * unit(own) + time_s * (
-                            _SWAY_LEAST + _SWAY_MORE * unit(combine(own, np.uint64(4)))
-                        )
-                        here[0] += sway_m * math.cos(turn)
-                        here[1] += sway_m * math.sin(turn)
-                    z = rotation[2, 0] * here[0] + rotation[2, 1] * here[1] + rotation[2, 2] * here[2]
                     width_px = 1e-3 * diameter_mm * focal / z
-                    if z < nearest or width_px < least_px:
+                    if width_px < least_px:
                         continue
                     # What comes nearer appears little by little.
                     strength = min(1.0, (width_px / least_px - 1.0) / FADE)
-                    x = rotation[0, 0] * here[0] + rotation[0, 1] * here[1] + rotation[0, 2] * here[2]
-                    y = rotation[1, 0] * here[0] + rotation[1, 1] * here[1] + rotation[1, 2] * here[2]
+                    # A camera that overtakes the drop during the exposure sees it up to the near limit.
+                    z0, z1 = max(0.5 * nearest, z - moved[2] * half), max(0.5 * nearest, z + moved[2] * half)
+                    u0, v0, scale0 = bend(
+                        lens, coefficients, (x - moved[0] * half) / z0, (y - moved[1] * half) / z0
+                    )
+                    u1, v1, scale1 = bend(
+                        lens, coefficients, (x + moved[0] * half) / z1, (y + moved[1] * half) / z1
+                    )
+                    if scale0 <= 0 or scale1 <= 0:
+                        continue
                     shine = brightness
                     if table.shape[0] > 0:
                         shine += scatter * _beam_lx(table, spans, beam, x, y, z)
-                    half = 0.5 * exposure_s
-                    # A camera that overtakes the drop during the exposure sees it up to the near limit.
-                    z0, z1 = max(0.5 * nearest, z - moved[2] * half), max(0.5 * nearest, z + moved[2] * half)
                     if _streak(
-                        luminance, radiance, depth,
-                        cx + focal * (x - moved[0] * half) / z0, cy + focal * (y - moved[1] * half) / z0,
-                        cx + focal * (x + moved[0] * half) / z1, cy + focal * (y + moved[1] * half) / z1,
-                        width_px, z, shine, strength,
+                        luminance, radiance, depth, cx + focal * u0, cy + focal * v0, cx + focal * u1, cy + focal * v1,
+                        0.5 * (scale0 + scale1) * width_px, z, shine, strength,
                     ):  # fmt: skip
                         drawn += 1
     return drawn
@@ -230,9 +266,7 @@ def draw_rain(
     depth: np.ndarray,
     origin: np.ndarray,
     rotation: np.ndarray,
-    focal: float,
-    cx: float,
-    cy: float,
+    optics: tuple[float, float, float, float, float, int, np.ndarray],
     time_s: float,
     exposure_s: float,
     ego_mps: float,
@@ -251,13 +285,14 @@ def draw_rain(
 ) -> int:
     """Draw all classes of drops; return the number of streaks that reached a pixel.
 
-    ``lights``: What the headlights add: luminance per lx, their candela table (or none), its spans (tangents to the
-    left from .. to, upwards from .. to) and their place in camera coordinates.
+    ``optics``: Focal length, cx, cy; the tangents that the view reaches to the side and up or down; the lens and its
+    four coefficients as ``bend`` takes them. ``lights``: What the headlights add: luminance per lx, their candela table
+    (or none), its spans (tangents to the left from .. to, upwards from .. to) and their place in camera coordinates.
     """
     drawn = 0
     for k in range(low_mm.size):
         drawn += _class_streaks(
-            luminance, radiance, depth, origin, rotation, (focal, cx, cy), time_s, exposure_s,
+            luminance, radiance, depth, origin, rotation, optics, time_s, exposure_s,
             np.array([0.0, wind_mps, -speed_mps[k]]), ego_mps, (low_mm[k], high_mm[k], per_m3[k], slope[k]),
             (least_px, nearest), brightness, lights, sway_m, combine(key, np.uint64(k)),
         )  # fmt: skip

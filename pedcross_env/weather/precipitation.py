@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from pedcross_env.config import require
 from pedcross_env.contracts import Frame
 from pedcross_env.hashing import child_key, seed_key
+from pedcross_env.optics import undistort
 from pedcross_env.weather import _rain_kernels as kernels
 from pedcross_env.weather.weather import Weather
 
@@ -43,7 +45,7 @@ _SAMPLE_STEP_PX = 8
 
 
 class Pose(Protocol):
-    """What rain must know of a camera: place, world-to-camera rotation (x right, y down, z ahead), optics."""
+    """What rain must know of a camera: place, world-to-camera rotation (x right, y down, z ahead), optics, lens."""
 
     @property
     def origin(self) -> np.ndarray: ...  # noqa: D102
@@ -59,6 +61,10 @@ class Pose(Protocol):
     def width_px(self) -> int: ...  # noqa: D102
     @property
     def height_px(self) -> int: ...  # noqa: D102
+    @property
+    def lens(self) -> str: ...  # noqa: D102
+    @property
+    def distortion(self) -> tuple[float, ...]: ...  # noqa: D102
 
 
 def drop_density_per_m3_mm(diameter_mm: float, rain_mm_h: float) -> float:
@@ -135,6 +141,21 @@ def _flakes(snow_mm_h: float, key: np.uint64) -> _Drops:
     )  # fmt: skip
 
 
+@lru_cache(maxsize=16)
+def _optics(
+    focal_px: float, cx: float, cy: float, size_px: tuple[int, int], lens: str, distortion: tuple[float, ...]
+) -> tuple[float, float, float, float, float, int, np.ndarray]:
+    """What the kernels must know of a camera's optics, see _rain_kernels.draw_rain."""
+    width, height = size_px
+    k = np.zeros(4)
+    k[: len(distortion)] = distortion
+    columns, rows = (np.linspace(0.0, n, 33) for n in size_px)
+    edge_x = np.concatenate([columns, columns, np.zeros(33), np.full(33, float(width))])
+    edge_y = np.concatenate([np.zeros(33), np.full(33, float(height)), rows, rows])
+    x, y = undistort(lens, distortion, (edge_x - cx) / focal_px, (edge_y - cy) / focal_px)
+    return focal_px, cx, cy, float(np.abs(x).max()), float(np.abs(y).max()), kernels.LENSES.index(lens), k
+
+
 class Precipitation:
     """The rain and the snow of one episode.
 
@@ -171,6 +192,8 @@ class Precipitation:
         alike, with 0.9 of that mean. Consecutive exposures that touch leave no gaps, so an event camera should
         pass the time between two renders.
 
+        The lens bends streaks as it bends the scene: their ends and widths go through its formulas.
+
         What is narrower than a fraction of a pixel is left to the extinction; a drop that comes nearer fades in.
 
         Args:
@@ -196,6 +219,10 @@ class Precipitation:
         ]
         around = float(np.mean(sample, dtype=np.float64)) if sample.size else frame.airlight
         coarse = max(1.0, pose.width_px / _MIN_WIDTH_AT_PX)
+        size = (int(pose.width_px), int(pose.height_px))
+        optics = _optics(
+            float(pose.focal_px), float(pose.cx), float(pose.cy), size, pose.lens, tuple(pose.distortion)
+        )
         table, place = (np.empty((0, 0), np.float32), np.empty(0)) if beam is None else beam
         drawn = 0
         for kind in self._kinds:
@@ -206,7 +233,7 @@ class Precipitation:
                     no_depth if depth is None else depth,
                     np.ascontiguousarray(pose.origin, np.float64),
                     np.ascontiguousarray(pose.rotation, np.float64),
-                    float(pose.focal_px), float(pose.cx), float(pose.cy),
+                    optics,
                     float(time_s), float(exposure_s), float(ego_velocity_mps), float(self._wind_mps),
                     kind.low_mm, kind.high_mm, kind.per_m3, kind.speed_mps, kind.slope_per_mm,
                     kind.least_px * coarse, _NEAREST_M, np.float32(kind.brightness * 0.5 * (frame.airlight + around)),

@@ -8,9 +8,9 @@ import pytest
 from camera_scenes import STREET, pedestrian, renderer, snapshot, vehicle
 
 from pedcross_env.camera import Renderer, camera_pose, project, rays
-from pedcross_env.camera.lens import distort, undistort
 from pedcross_env.config import CameraConfig, camera_preset
 from pedcross_env.errors import ConfigError
+from pedcross_env.optics import distort, undistort
 from pedcross_env.weather.weather import Weather
 
 BROWN = ("brown", (-0.28, 0.07, 0.001, -0.002))

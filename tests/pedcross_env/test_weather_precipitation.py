@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pedcross_env.contracts import Frame
+from pedcross_env.optics import distort
 from pedcross_env.weather import Precipitation, Weather
 from pedcross_env.weather.precipitation import (
     drop_density_per_m3_mm,
@@ -34,6 +35,8 @@ class View:
     cy: float = HEIGHT / 2
     width_px: int = WIDTH
     height_px: int = HEIGHT
+    lens: str = "pinhole"
+    distortion: tuple[float, ...] = ()
 
 
 def view(x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> View:
@@ -161,6 +164,27 @@ def test_a_telephoto_lens_sees_the_same_drops_farther_away() -> None:
     clear = middle > 0.5 * DROP
     assert clear.sum() > 20
     assert (halves[clear] > 0.2 * DROP).mean() > 0.9
+
+
+@pytest.mark.parametrize(
+    ("lens", "k"), [("brown", (-0.25, 0.04, 0.002, -0.001)), ("fisheye", (-0.03, -0.007, 0.01, 0.0))]
+)
+def test_drops_are_where_the_lens_shows_them(lens: str, k: tuple[float, ...]) -> None:
+    """A drop's centroid in the pinhole's picture, bent by the formulas of optics, is its centroid in the lens's."""
+    drops, found = rain(0.02), 0
+    for second in range(400):
+        poses = View(view().origin, FORWARD), View(view().origin, FORWARD, lens=lens, distortion=k)
+        images = [picture(drops, pose, float(second)) for pose in poses]
+        if any(image.max() < 0.2 or _touches_edge(image) for image in images):
+            continue
+        if any(drops.draw(black(), pose, float(second), 0.0, 0.0) != 1 for pose in poses):
+            continue
+        (row, column, _), seen = (_centroid(image) for image in images)
+        bent = distort(lens, k, np.array((column - WIDTH / 2) / FOCAL), np.array((row - HEIGHT / 2) / FOCAL))
+        expected = [HEIGHT / 2 + FOCAL * float(bent[1]), WIDTH / 2 + FOCAL * float(bent[0])]
+        assert np.hypot(seen[0] - expected[0], seen[1] - expected[1]) < 0.5
+        found += 1
+    assert found >= 5
 
 
 def test_a_long_exposure_is_the_mean_of_the_short_ones_it_consists_of() -> None:
