@@ -12,6 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from eval.canvas import DEPTH_M, depth_colours
 from pedcross_env.config import CAMERA_PRESETS, CameraConfig, EnvConfig, camera_preset
 from pedcross_env.env import CrossingEnv
 from pedcross_env.sensors.events import counts_to_png
@@ -22,7 +23,6 @@ PAGE = FOLDER.parent / "gallery.md"
 NEAR_M, FAR_M = (8.0, 11.0), (26.0, 30.0)
 EPISODES = 80
 SETTLING_STEPS = 4  # for the exposure and the event camera, before the picture
-DEPTH_M = (2.0, 120.0)  # red to blue, logarithmic
 OWN_PX, CARLA_PX, CAMERA_PX = 300, 225, 450  # width of one picture
 JPEG_QUALITY = 82
 
@@ -58,16 +58,8 @@ def row(env: CrossingEnv, until: int) -> np.ndarray:
     while round(world.time_s * hz) < until:
         observation, *_ = env.step(np.zeros(1, np.float32))
     return np.hstack(
-        [observation["rgb"], counts_to_png(observation["dvs"]), depth_picture(env.truth().depth)]
+        [observation["rgb"], counts_to_png(observation["dvs"]), depth_colours(env.truth().depth)]
     )
-
-
-def depth_picture(depth: np.ndarray) -> np.ndarray:
-    """Depth in colours; the sky is black."""
-    low, high = (math.log(d) for d in DEPTH_M)
-    share = (np.log(np.clip(depth, *DEPTH_M)) - low) / (high - low)
-    colours = cv2.applyColorMap(np.uint8(255 * (1 - share)), cv2.COLORMAP_TURBO)[..., ::-1]
-    return np.where(np.isinf(depth)[..., None], 0, colours).astype(np.uint8)
 
 
 def save(name: str, picture: np.ndarray, width_px: int) -> Path:

@@ -198,6 +198,20 @@ def _demo(arguments: list[str], console: Console) -> None:
     _say(console, f"report: {report}")
 
 
+def _play(arguments: list[str], console: Console) -> None:
+    from eval.live import PlayConfig, play_live
+    from eval.progress import bar
+
+    config = _parse(PlayConfig, arguments, "play")
+    with bar("playing", console) as progress:
+        report = play_live(config, progress)
+    end = report.trace.infos[-1]
+    told = f" at {3.6 * end['impact_speed_mps']:.0f} km/h" if end["impact_speed_mps"] >= 0 else ""
+    _say(console, f"{report.outcome}{told} after {end['time_s']:.2f} s")
+    if report.path is not None:
+        _say(console, f"video: {report.path}")
+
+
 def _decimation(arguments: list[str], console: Console) -> None:
     from eval.decimation import DecimationConfig, run_decimation
 
@@ -274,6 +288,7 @@ COMMANDS: dict[str, tuple[str, Callable[[list[str], Any], None]]] = {
     "benchmark": ("score detectors on recorded videos: AUROC, F-score, intervals", _benchmark),
     "evaluate": ("let detectors brake on seeded crossings, beside the controls", _evaluate),
     "report": ("one HTML page of the results in a folder", _report),
+    "play": ("watch one episode: both cameras, depth, the street from above, p(crossing)", _play),
     "decimation": (
         "what resizing does to event frames: the paper's appendix, drawn and counted",
         _decimation,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -93,14 +93,33 @@ class Trace:
     wall_s: float = 0.0
 
 
-def play(env: gymnasium.Env[Any, Any], source: Source, policy: Policy, *, seed: int, weather: str) -> Trace:
-    """Play the episode of ``seed`` in ``weather`` to its end."""
+def play(
+    env: gymnasium.Env[Any, Any],
+    source: Source,
+    policy: Policy,
+    *,
+    seed: int,
+    weather: str,
+    watch: Callable[[Trace, Mapping[str, np.ndarray]], None] | None = None,
+) -> Trace:
+    """Play the episode of ``seed`` in ``weather`` to its end.
+
+    Args:
+        env: Reset here.
+        source: Of p(crossing).
+        policy: Decides on it.
+        seed: Of the episode.
+        weather: A preset's name.
+        watch: Called with the trace so far and the observation, after the reset and after every step.
+    """
     begin_s = time.perf_counter()
     trace = Trace()
     observation, info = env.reset(seed=seed, options={"weather": weather})
     source.reset(seed)
     policy.reset(seed)
     trace.infos.append(info)
+    if watch is not None:
+        watch(trace, observation)
     ended = False
     while not ended:
         before_s = time.perf_counter()
@@ -111,6 +130,8 @@ def play(env: gymnasium.Env[Any, Any], source: Source, policy: Policy, *, seed: 
         trace.actions.append(float(action[0]))
         trace.probabilities.append(math.nan if p is None else p)
         trace.infos.append(info)
+        if watch is not None:
+            watch(trace, observation)
         ended = bool(terminated or truncated)
     trace.wall_s = time.perf_counter() - begin_s
     return trace

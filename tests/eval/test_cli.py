@@ -22,6 +22,8 @@ from pedcross_env.errors import DataError
         (["generate", "--out", "{file}/data", "--videos", "1"], "cannot be written"),
         (["generate", "--out", "{out}", "--subsets", "defualt"], "Did you mean 'default'"),
         (["report", "--out", "{out}"], "holds no results"),
+        (["play", "--driver", "orcale"], "Did you mean 'oracle'"),
+        (["play", "--out", "{out}/a.gif", "--seed", "1"], ".mp4 or .avi"),
         (["decimation", "--weather", "rane"], "Did you mean 'rain'"),
         (["decimation", "--width-px", "2000"], "width_px = 2000 is not allowed: it must be 1 to 1600"),
         (["weathers", "--fog"], "takes no options"),
@@ -90,7 +92,9 @@ def test_help_imports_nothing_heavy():
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-@pytest.mark.parametrize("command", ["generate", "benchmark", "evaluate", "report", "demo", "weathers"])
+@pytest.mark.parametrize(
+    "command", ["generate", "benchmark", "evaluate", "report", "demo", "weathers", "play", "decimation"]
+)
 def test_each_command_explains_its_options(capsys, command):
     with pytest.raises(SystemExit) as stop:
         cli.main([command, "--help"])
