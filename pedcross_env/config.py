@@ -308,6 +308,7 @@ class EnvConfig:
     # One is drawn per episode; names, or what else pedcross_env.weather.as_weather takes.
     weather: tuple[Any, ...] = ("clear",)
     return_events: bool = False
+    label_events: bool = False  # add what made each event to info; costs about a full render per sub-frame
     camera: CameraConfig = field(default_factory=CameraConfig)
     rgb: RgbConfig = field(default_factory=RgbConfig)
     dvs: DvsConfig = field(default_factory=DvsConfig)
@@ -331,3 +332,5 @@ class EnvConfig:
                 "a non-empty tuple of weathers, e.g. ('clear',)")  # fmt: skip
         require(not self.return_events or "dvs" in self.modalities, "return_events", self.return_events,
                 "False unless modalities contain 'dvs'")  # fmt: skip
+        require(not self.label_events or self.return_events, "label_events", self.label_events,
+                "False unless return_events is True")  # fmt: skip

@@ -143,7 +143,8 @@ INFO_KEYS: dict[str, type] = {
     "subframes": int,  # luminance renders of this step
     "flow_px": float,  # bound on image motion between two of them; -1 without dvs
 }
-"""Keys and types of every step's info. ``events`` (EVENT_DTYPE array) is added where asked for.
+"""Keys and types of every step's info. ``events`` (EVENT_DTYPE) and ``event_causes`` ((N,) int32: an actor's id, a
+StaticClass or an EventCause for each) are added where asked for.
 
 No value is nan, which equals nothing, not even itself: infos of twin episodes compare equal.
 """

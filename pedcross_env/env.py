@@ -247,6 +247,8 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
             info[key] = -1.0 if math.isnan(info[key]) else info[key]
         if self.config.return_events and sight is not None:
             info["events"] = sight.events
+        if self.config.label_events and sight is not None:
+            info["event_causes"] = sight.causes
         return info
 
     def _visible_fraction(self) -> float:

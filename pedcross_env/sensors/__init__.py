@@ -2,6 +2,7 @@
 
 - rgb: exposure, noise and quantisation of the RGB camera
 - dvs: the event camera; dvs_config: its settings and presets; intensity: the logarithms it compares
+- causes: what events are put down to
 - events: what is made of events: counts, images
 - representations: events of a fixed window as an array: counts, voxel grid, time surface, pictures
 - event_files: reading and writing npz, DSEC's HDF5, AEDAT4; reading Prophesee's DAT and RAW, and ROS 2 bags
@@ -16,6 +17,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pedcross_env.sensors.causes import blame, edge_owner, is_noise
     from pedcross_env.sensors.dvs import DvsState, add_counts, initial_state, step, step_counts, step_labelled
     from pedcross_env.sensors.dvs_config import DVS_PRESETS, DvsConfig, dvs_preset
     from pedcross_env.sensors.event_files import FORMATS, Recording, read_events, write_events
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     from pedcross_env.sensors.resizing import nearest, pool, rescale_events
 
 _MODULES = {
+    "causes": ("blame", "edge_owner", "is_noise"),
     "dvs": ("DvsState", "add_counts", "initial_state", "step", "step_counts", "step_labelled"),
     "dvs_config": ("DVS_PRESETS", "DvsConfig", "dvs_preset"),
     "event_files": ("FORMATS", "Recording", "read_events", "write_events"),
@@ -52,9 +55,9 @@ _MODULES = {
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
 __all__ = [
-    "DVS_PRESETS", "FORMATS", "REPRESENTATIONS", "DvsConfig", "DvsState", "Recording", "add_counts", "carla_image",
-    "carla_log", "counts_to_png", "dvs_preset", "event_counts", "event_windows", "grey_frame", "histogram",
-    "initial_state", "lin_log", "log_image", "log_luminance", "nearest", "png_to_counts", "pool", "read_events",
+    "DVS_PRESETS", "FORMATS", "REPRESENTATIONS", "DvsConfig", "DvsState", "Recording", "add_counts", "blame", "carla_image",
+    "carla_log", "counts_to_png", "dvs_preset", "edge_owner", "event_counts", "event_windows", "grey_frame",
+    "histogram", "initial_state", "is_noise", "lin_log", "log_image", "log_luminance", "nearest", "png_to_counts", "pool", "read_events",
     "represent", "rescale_events", "srgb_luminance", "step", "step_counts", "step_labelled", "time_surface",
     "voxel_grid", "window", "write_events",
 ]  # fmt: skip

@@ -173,6 +173,11 @@ class Precipitation:
         if weather.snow_mm_h > 0:
             self._kinds.append(_flakes(weather.snow_mm_h, child_key(key, 0x5E0)))
 
+    @property
+    def falls(self) -> bool:
+        """Whether there is any."""
+        return bool(self._kinds)
+
     def draw(
         self,
         frame: Frame,

@@ -1,0 +1,174 @@
+"""The event camera in the world: when it looks, what it senses and what its events are put down to."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pedcross_env.config import EnvConfig
+from pedcross_env.contracts import EVENT_DTYPE, Frame, Snapshot
+from pedcross_env.flow import image_flow_px
+from pedcross_env.sensors import causes, dvs
+from pedcross_env.view import View
+
+__all__ = ["EventVision", "Plan", "Sensed"]
+
+LIGHT_STEP = 0.3  # change of the logarithm of the sky's light by lightning between two renders
+LIGHT_GRID_S = 0.25e-3
+
+
+class Plan(NamedTuple):
+    """When to render for the events of a policy step.
+
+    Attributes:
+        times_s: Ends of the intervals, the last one the step's; the first one begins with the step.
+        flow_px: Bound on the image's motion between two renders.
+    """
+
+    times_s: list[float]
+    flow_px: float
+
+
+@dataclass(frozen=True, slots=True)
+class Sensed:
+    """What the event camera delivered for one policy step.
+
+    Attributes:
+        counts: (H, W, 2) uint8 events ON, OFF, saturating.
+        events: (N,) EVENT_DTYPE, None unless asked for.
+        causes: (N,) int32 of the events, see ``sensors.causes``; None unless asked for.
+        renders: Number of luminance renders.
+        flow_px: Bound on the image's motion between two of them.
+    """
+
+    counts: np.ndarray
+    events: np.ndarray | None
+    causes: np.ndarray | None
+    renders: int
+    flow_px: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Trace:
+    """One render as labels need it: ids and depth of surfaces, ln of luminance without and with precipitation."""
+
+    frame: Frame
+    bare: np.ndarray
+    seen: np.ndarray
+    flash_lx: float
+
+
+class EventVision:
+    """The event camera of an episode; begins at time 0 with no events.
+
+    Args:
+        config: The environment's.
+        view: What it looks at.
+        seed: Of the sensor.
+    """
+
+    def __init__(self, config: EnvConfig, view: View, seed: int) -> None:
+        self._config, self._view = config, view
+        first = view.world.snapshot(0.0)
+        log_frame, bare = self._log_luminance(first, 1.0 / config.world.policy_hz, None)
+        self._state = dvs.initial_state(log_frame, 0, config.dvs, seed)
+        self._trace = self._traced(first, bare, log_frame) if config.label_events else None
+
+    def nothing(self) -> Sensed:
+        """What there is before the first step."""
+        config = self._config
+        counts = np.zeros((config.camera.height_px, config.camera.width_px, 2), np.uint8)
+        events = np.empty(0, EVENT_DTYPE) if config.return_events else None
+        return Sensed(counts, events, np.empty(0, np.int32) if config.label_events else None, 0, 0.0)
+
+    def look(self, before: Snapshot, after: Snapshot, depth: np.ndarray | None) -> Sensed:
+        """Sense the policy step between two snapshots.
+
+        Args:
+            before: Its start.
+            after: Its end.
+            depth: (H, W) float32 of a render shortly before, which hides the rain behind things; None: nothing does.
+        """
+        config, plan = self._config, self.plan(before, after)
+        counts = self.nothing().counts
+        parts: list[np.ndarray] = []
+        labels: list[np.ndarray] = []
+        previous_s = before.time_s
+        for time_s in plan.times_s:
+            snapshot = after if time_s == after.time_s else self._view.world.snapshot(time_s)
+            log_frame, bare = self._log_luminance(snapshot, time_s - previous_s, depth)
+            time_ns = round(time_s * 1e9)
+            if not config.return_events:
+                self._state = dvs.step_counts(self._state, log_frame, time_ns, config.dvs, counts)
+            elif self._trace is None:
+                self._state, events = dvs.step(self._state, log_frame, time_ns, config.dvs)
+                parts.append(events)
+            else:
+                old, self._trace = self._trace, self._traced(snapshot, bare, log_frame)
+                blamed = self._blame(snapshot, old, self._trace)
+                self._state, events, label = dvs.step_labelled(
+                    self._state, log_frame, time_ns, config.dvs, blamed
+                )
+                parts.append(events)
+                labels.append(label)
+            previous_s = time_s
+        sensed = np.concatenate(parts) if config.return_events else None
+        if sensed is not None:
+            dvs.add_counts(counts, sensed)
+        blames = np.concatenate(labels) if config.label_events else None
+        return Sensed(counts, sensed, blames, len(plan.times_s), plan.flow_px)
+
+    def plan(self, before: Snapshot, after: Snapshot) -> Plan:
+        """Spread renders so that the image's motion, and the change of the light where lightning strikes, is the same
+        between any two, and at most what the config allows unless its cap on the renders is reached.
+        """
+        start_s, end_s = before.time_s, after.time_s
+        view, settings = self._view, self._config.dvs
+        flow = image_flow_px(view.camera, view.world.scenario.street, before, after)
+        steps, cap = flow / settings.max_flow_px, settings.max_subframes
+        if view.lightning.dark(start_s, end_s):
+            count = max(1, math.ceil(steps))
+            count = count if cap is None else min(count, cap)
+            times = [start_s + k * (end_s - start_s) / count for k in range(1, count)]
+            return Plan([*times, end_s], flow / count)
+        grid = np.linspace(start_s, end_s, max(2, round((end_s - start_s) / LIGHT_GRID_S)))
+        light = np.array([view.lightning.light_lx(float(t)) for t in grid]) + view.renderer.sky_lx
+        changes = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(np.log(light))))]) / LIGHT_STEP
+        progress = changes + steps * (grid - start_s) / (end_s - start_s)
+        count = max(1, math.ceil(progress[-1]))
+        count = count if cap is None else min(count, cap)
+        inner = np.interp(progress[-1] * np.arange(1, count) / count, progress, grid)
+        times = [float(t) for t in inner] + [end_s]
+        longest = max(np.diff([start_s, *times])) / (end_s - start_s)
+        return Plan(times, float(flow * longest))
+
+    def _log_luminance(
+        self, snapshot: Snapshot, interval_s: float, depth: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """ln of luminance with precipitation; and without it, where events are labelled."""
+        floor = self._config.dvs.log_floor_cd_m2
+        frame = self._view.luminance(snapshot, self._view.lightning.light_lx(snapshot.time_s))
+        bare = dvs.log_luminance(frame.luminance, floor) if self._config.label_events else None
+        # Streaks are drawn as long as the drop falls between two renders: no gaps, hence no aliasing.
+        self._view.precipitate(frame, snapshot, interval_s, depth)
+        return dvs.log_luminance(frame.luminance, floor), bare
+
+    def _traced(self, snapshot: Snapshot, bare: np.ndarray | None, seen: np.ndarray) -> _Trace:
+        flash_lx = self._view.lightning.light_lx(snapshot.time_s)
+        frame = self._view.render(snapshot, flash_lx)
+        return _Trace(frame, seen if bare is None else bare, seen, flash_lx)
+
+    def _blame(self, snapshot: Snapshot, old: _Trace, new: _Trace) -> np.ndarray:
+        """(H, W) int32: what each pixel's change between two renders is put down to; ``snapshot`` is the later."""
+        unlit = new.bare
+        if new.flash_lx != old.flash_lx:  # what would be seen had the light stayed
+            unlit_frame = self._view.luminance(snapshot, old.flash_lx)
+            unlit = dvs.log_luminance(unlit_frame.luminance, self._config.dvs.log_floor_cd_m2)
+        owner = causes.edge_owner(old.frame, new.frame)
+        return causes.blame(
+            owner, scene=unlit - old.bare, precipitation=(new.seen - new.bare) - (old.seen - old.bare),
+            lightning=new.bare - unlit,
+        )  # fmt: skip

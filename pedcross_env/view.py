@@ -1,0 +1,51 @@
+"""What the camera looks at: the street, its actors at a moment, and the weather between them and the lens."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pedcross_env.camera import Renderer, camera_pose
+from pedcross_env.config import CameraConfig
+from pedcross_env.contracts import Frame, Snapshot
+from pedcross_env.weather import Lightning, Precipitation, Weather
+from pedcross_env.world import World
+
+__all__ = ["View"]
+
+
+class View:
+    """One episode seen by one camera.
+
+    Attributes:
+        world: Gives the poses.
+        camera: The camera.
+        renderer: Loaded with the street.
+        lightning: Its light is the renders' ``flash_lx``.
+    """
+
+    def __init__(
+        self, camera: CameraConfig, renderer: Renderer, world: World, weather: Weather, weather_seed: int
+    ) -> None:
+        self.world, self.camera, self.renderer = world, camera, renderer
+        renderer.load(world.scenario.street, weather)
+        self._precipitation = Precipitation(weather, weather_seed)
+        self.lightning = Lightning(weather, weather_seed)
+
+    def render(self, snapshot: Snapshot, flash_lx: float) -> Frame:
+        """Render everything at one moment: radiance, depth and ids, without precipitation."""
+        return self.renderer.render(snapshot, flash_lx=flash_lx)
+
+    def luminance(self, snapshot: Snapshot, flash_lx: float) -> Frame:
+        """Render luminance alone at one moment, without precipitation."""
+        return self.renderer.render(snapshot, luminance_only=True, flash_lx=flash_lx)
+
+    def precipitate(
+        self, frame: Frame, snapshot: Snapshot, exposure_s: float, depth: np.ndarray | None = None
+    ) -> None:
+        """Draw the rain and the snow of an exposure centred on ``snapshot`` into ``frame``."""
+        if not self._precipitation.falls:
+            return
+        self._precipitation.draw(
+            frame, camera_pose(self.camera, snapshot.ego), snapshot.time_s, exposure_s, self.world.ego.speed_mps,
+            depth=depth, beam=self.renderer.own_beam(snapshot),
+        )  # fmt: skip
