@@ -203,10 +203,12 @@ class RgbConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EgoConfig:
-    """The ego car's size, its longitudinal actuator and its headlights.
+    """The ego car's size, its actuators and its headlights.
 
-    A demand takes effect after ``latency_s`` and then changes at most at ``jerk_mps3``;
-    braking ends at friction * g and at standstill.
+    A demand takes effect after ``latency_s``; then the acceleration follows at ``jerk_mps3`` at most, and braking
+    builds up at ``max_deceleration_mps2 / build_up_s`` at most. Braking ends at friction * g, at which ABS holds the
+    wheels, and at standstill. With ``steering`` the action has a second number; else the ego keeps to its lane.
+    Ranges usual for emergency braking: latency 0.1 to 0.3 s, build-up 0.2 to 0.4 s, jerk 25 to 35 m/s3.
     """
 
     length_m: float = 4.5
@@ -216,6 +218,14 @@ class EgoConfig:
     max_deceleration_mps2: float = 9.0  # at action -1
     latency_s: float = 0.15
     jerk_mps3: float = 30.0
+    build_up_s: float = 0.3  # from no braking to max_deceleration_mps2
+    abs: bool = True  # without it wheels lock where more is demanded than the road bears
+    locked_share: float = 0.75  # of the road's friction that locked wheels have
+    steering: bool = False  # whether actions steer
+    wheelbase_m: float = 2.7
+    max_steer_rad: float = 0.6  # of the front wheels, at action +-1
+    steer_rate_radps: float = 0.6
+    steer_latency_s: float = 0.1
     headlights: Literal["auto", "low", "high"] = (
         "auto"  # low beams where the weather wants them, or always on
     )
@@ -230,9 +240,18 @@ class EgoConfig:
             "max_acceleration_mps2",
             "max_deceleration_mps2",
             "jerk_mps3",
+            "wheelbase_m",
+            "steer_rate_radps",
         ):
-            require(getattr(self, name) > 0, name, getattr(self, name), "positive")
-        require(0 <= self.latency_s <= 2, "latency_s", self.latency_s, "0 to 2")
+            require(0 < getattr(self, name) < math.inf, name, getattr(self, name), "positive and finite")
+        for name in ("latency_s", "steer_latency_s", "build_up_s"):
+            require(0 <= getattr(self, name) <= 2, name, getattr(self, name), "0 to 2")
+        require(0 < self.locked_share <= 1, "locked_share", self.locked_share, "above 0, at most 1")
+        require(0 < self.max_steer_rad <= 1.2, "max_steer_rad", self.max_steer_rad, "above 0, at most 1.2")
+        require(
+            self.wheelbase_m < self.length_m, "wheelbase_m", self.wheelbase_m,
+            f"less than length_m ({self.length_m})",
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -120,6 +120,7 @@ class Outcome(StrEnum):
     COLLISION = "collision"
     PASSED = "passed"  # the ego drove through without contact
     TIMEOUT = "timeout"  # the clock ran out without contact (the ego stands or creeps)
+    OFF_ROAD = "off_road"  # an ego that steers left the carriageway
 
 
 INFO_KEYS: dict[str, type] = {
@@ -132,11 +133,13 @@ INFO_KEYS: dict[str, type] = {
     "visible_fraction": float,  # of the nearest crossing pedestrian, from instance ids; -1: none or not rendered
     "conflict": bool,  # holding its speed, the ego would touch a pedestrian within the conflict horizon
     "ttc_s": float,  # time to that contact; inf without one
+    "drac_mps2": float,  # constant deceleration that would just avoid it; 0 without one
+    "pet_s": float,  # smallest post-encroachment time so far; inf: nobody's way was crossed yet
     "distance_m": float,  # from the ego's front to the nearest crossing pedestrian ahead; inf: none
     "speed_mps": float,
     "acceleration_mps2": float,
     "demand_mps2": float,  # what the action asked for
-    "position_m": float,  # of the ego's front along the street
+    "position_m": float,  # of the ego's front along its way
     "impact_speed_mps": float,  # -1 without collision
     "collided_with": int,  # actor id, 0: none
     "outcome": str,  # Outcome

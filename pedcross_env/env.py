@@ -37,12 +37,14 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         ego: (3,) float32: speed in m/s, acceleration in m/s2, brake pressure 0..1.
 
     Action, Box(-1, 1, (1,)): demanded longitudinal acceleration; -1 is the strongest braking, 0 holds the
-    speed, +1 the strongest acceleration. Latency, build-up and the road's friction act on it.
+    speed, +1 the strongest acceleration. Latency, build-up and the road's friction act on it. With
+    ``ego.steering`` it is Box(-1, 1, (2,)): the second number is the share of the largest steering angle, to the left
+    positive, and who leaves the carriageway has ended the episode.
 
     Reward: progress_per_m for each metre driven, minus collision + collision_per_mps * impact speed at a
     contact, minus discomfort_per_mps2 * |acceleration| (weights in RewardConfig).
 
-    Terminated by a collision or by passing the finish; truncated when the scenario's time is over.
+    Terminated by a collision, by passing the finish or by leaving the road; truncated when the scenario's time is over.
     ``info`` has the keys of ``pedcross_env.contracts.INFO_KEYS`` on every step.
 
     Seeding: ``reset(seed=s)`` plays episode ``s``, bit for bit, in any process; ``reset()`` draws a new
@@ -83,7 +85,7 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         self._vision: Vision | None = Vision(config) if config.modalities else None
         self._world: World | None = None
         self.observation_space = _observation_space(config)
-        self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self.action_space = spaces.Box(-1.0, 1.0, (2 if config.ego.steering else 1,), np.float32)
 
     @property
     def world(self) -> World:
@@ -129,8 +131,7 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
             world=self.config.world,
             label=self.config.label,
             friction=self.weather.friction,
-            horizontal_fov_deg=self.config.camera.horizontal_fov_deg,
-            mount_x_m=self.config.camera.mount_x_m,
+            camera=self.config.camera,
             headlights=self.weather.headlights,
         )
         self._seeds = (_seed_of(rain_stream), _seed_of(sensor_stream))
@@ -139,19 +140,20 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
 
     def step(self, action: np.ndarray) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
         """Drive one policy step (1/30 s by default)."""
-        demand = float(np.clip(np.asarray(action, dtype=np.float64).reshape(-1)[0], -1.0, 1.0))
-        if math.isnan(demand):
+        values = np.clip(np.asarray(action, dtype=np.float64).reshape(-1), -1.0, 1.0)
+        if np.isnan(values).any():
             raise ConfigError("action is nan; allowed: numbers from -1 (full braking) to 1.")
+        demand, steer = float(values[0]), float(values[1]) if self.config.ego.steering else 0.0
         ego = self.config.ego
         demand *= ego.max_acceleration_mps2 if demand > 0 else ego.max_deceleration_mps2
         world = self.world
-        start_s, start_m = world.time_s, world.ego.front_m
-        world.step(demand)
+        start_s, start_m = world.time_s, world.front_m
+        world.step(demand, steer)
         if self._vision is not None:
             self._sight = self._vision.look(start_s, world.time_s)
         outcome = world.outcome
-        reward = self._reward(world.ego.front_m - start_m)
-        terminated = outcome in (Outcome.COLLISION, Outcome.PASSED)
+        reward = self._reward(world.front_m - start_m)
+        terminated = outcome in (Outcome.COLLISION, Outcome.PASSED, Outcome.OFF_ROAD)
         return self._observation(), reward, terminated, outcome is Outcome.TIMEOUT, self._info()
 
     def render(self) -> np.ndarray | None:

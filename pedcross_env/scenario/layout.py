@@ -17,8 +17,8 @@ from pedcross_env.scenario.route import Route
 from pedcross_env.scenario.street import Crosswalk, Intersection, StreetSpec
 
 __all__ = [
-    "TURNS", "Turn", "carriageway_m", "lane_path", "lane_route", "lanes", "side_street", "to_side_street", "to_street",
-    "to_world", "turning_path", "turning_route",
+    "TURNS", "Turn", "carriageway_m", "facade_m", "lane_path", "lane_route", "lanes", "side_street", "to_side_street",
+    "to_street", "to_world", "turning_path", "turning_route",
 ]  # fmt: skip
 
 Turn = Literal["left", "right", "straight"]
@@ -155,7 +155,7 @@ def lane_path(
 def carriageway_m(street: StreetSpec, x: ArrayLike, y: ArrayLike) -> np.ndarray:
     """How far inside the carriageway a place is: metres to the nearest kerb, negative beyond it.
 
-    At an intersection both streets' carriageways count; what the rounded corners add is left out.
+    At an intersection both streets' carriageways count, rounded corners included.
 
     Args:
         street: Any layout.
@@ -163,9 +163,32 @@ def carriageway_m(street: StreetSpec, x: ArrayLike, y: ArrayLike) -> np.ndarray:
         y: Metres, broadcast against ``x``.
     """
     inside = street.kerb_y_m - np.abs(to_street(street, x, y)[1])
-    if street.intersection is None:
-        return inside
-    return np.maximum(inside, street.intersection.kerb_m - np.abs(to_side_street(street, x, y)[1]))
+    crossing = street.intersection
+    if crossing is None:
+        return np.asarray(inside)
+    aside = crossing.kerb_m - np.abs(to_side_street(street, x, y)[1])
+    radius = crossing.corner_radius_m
+    p, q = radius + inside, radius + aside  # to the lines on which the corner's centre lies
+    corner = np.where((p > 0) & (q > 0) & (p < radius) & (q < radius), np.hypot(p, q) - radius, -np.inf)
+    return np.asarray(np.maximum(np.maximum(inside, aside), corner))
+
+
+def facade_m(street: StreetSpec, x: ArrayLike, y: ArrayLike) -> np.ndarray:
+    """How far before the house fronts a place is: metres to the nearest, negative inside a house.
+
+    Args:
+        street: Any layout.
+        x: Metres, any shape.
+        y: Metres, broadcast against ``x``.
+    """
+    before = street.facade_y_m - np.abs(to_street(street, x, y)[1])
+    crossing = street.intersection
+    if crossing is None:
+        return np.asarray(before)
+    s, d = to_side_street(street, x, y)
+    return np.asarray(
+        np.maximum(before, np.minimum(crossing.facade_m - np.abs(d), crossing.length_m - np.abs(s)))
+    )
 
 
 def lane_route(street: StreetSpec, d_m: float, *, forward: bool = True) -> Route:

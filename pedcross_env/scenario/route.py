@@ -86,13 +86,16 @@ class Route:
 
     def poses(self, s_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(x, y, heading) at many distances, each of the shape of ``s_m``."""
+        if self.straight:
+            s0, x, y, heading, _ = self._rows[0]
+            run = s_m - s0
+            return x + run * math.cos(heading), y + run * math.sin(heading), np.full(np.shape(s_m), heading)
         rows = np.array(self._rows)
-        s0, x, y, heading, k = rows[np.maximum(np.searchsorted(rows[:, 0], s_m, side="right") - 1, 0)].T
-        s0, x, y, heading, k = (a.T.reshape(np.shape(s_m)) for a in (s0, x, y, heading, k))
-        run = s_m - s0
-        half = 0.5 * k * run
-        chord = run * np.sinc(half / math.pi)
-        return x + chord * np.cos(heading + half), y + chord * np.sin(heading + half), heading + 2 * half
+        found = rows[np.maximum(np.searchsorted(rows[:, 0], s_m, side="right") - 1, 0)]
+        starts, xs, ys, headings, k = np.moveaxis(found, -1, 0)
+        half = 0.5 * k * (s_m - starts)
+        chord = (s_m - starts) * np.sinc(half / math.pi)
+        return xs + chord * np.cos(headings + half), ys + chord * np.sin(headings + half), headings + 2 * half
 
     def project(self, x_m: float, y_m: float) -> tuple[float, float]:
         """(distance along, distance to the left) of the way's point nearest to a place."""
@@ -119,6 +122,34 @@ class Route:
                 side = ey * math.cos(at) - ex * math.sin(at)
                 best, found = distance, (s0 + run, math.copysign(distance, side))
         return found
+
+    def projections(self, x_m: np.ndarray, y_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """``project`` for many places at once: (N,), (N,) -> (N,), (N,)."""
+        nearest, s, d = np.full(len(x_m), np.inf), np.zeros(len(x_m)), np.zeros(len(x_m))
+        last = len(self._rows) - 1
+        for index, (s0, x0, y0, heading, k) in enumerate(self._rows):
+            high = (self._starts[index + 1] if index < last else math.inf) - s0
+            low = -math.inf if index == 0 else 0.0
+            cos, sin = math.cos(heading), math.sin(heading)
+            along = (x_m - x0) * cos + (y_m - y0) * sin
+            left = (y_m - y0) * cos - (x_m - x0) * sin
+            if abs(k) < _STRAIGHT_PER_M:
+                run = np.clip(along, low, high)
+                px, py, turned = run, np.zeros_like(run), np.zeros_like(run)
+            else:  # the angle from the start about the arc's centre, which lies 1 / k to the left
+                run = np.arctan2(along * k, 1 - left * k) / k
+                run = np.clip(run, max(low, -math.pi / abs(k)), high)
+                turned = k * run
+                px, py = np.sin(turned) / k, 2 * np.sin(0.5 * turned) ** 2 / k
+            aside = (left - py) * np.cos(turned) - (along - px) * np.sin(turned)
+            distance = np.hypot(along - px, left - py)
+            closer = distance < nearest - 1e-9
+            nearest = np.where(closer, distance, nearest)
+            s, d = (
+                np.where(closer, s0 + run, s),
+                np.where(closer, np.copysign(distance, aside), d),
+            )
+        return s, d
 
 
 def _along(row: tuple[float, float, float, float, float], run_m: float) -> tuple[float, float, float]:

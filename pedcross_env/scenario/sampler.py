@@ -17,10 +17,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pedcross_env.config import EgoConfig, TrafficConfig
+from pedcross_env.scenario.footprints import box_gaps_m
 from pedcross_env.scenario.parking import oncoming_cars, parked_cars
 from pedcross_env.scenario.people import KERB_STAND_M, Approach, draw_approach, draw_person, place, visit
 from pedcross_env.scenario.scenario import Leg, PedestrianSpec, Scenario, VehicleSpec
-from pedcross_env.scenario.sizes import contact_radius_m
+from pedcross_env.scenario.sizes import contact_radius_m, pedestrian_size
 from pedcross_env.scenario.street import Crosswalk, StreetSpec
 from pedcross_env.scenario.walk import RAMP_S, Walk
 
@@ -104,10 +105,13 @@ def holds_speed_and_hits(
     """Whether an ego that starts at x = 0 and holds its speed touches a pedestrian before ``until_s``."""
     times = np.arange(0.0, until_s, _GRID_S)
     for spec in specs:
-        xy = Walk(spec).positions(times)
-        dx = np.maximum(np.abs(xy[:, 0] - ego_speed_mps * times) - 0.5 * ego.length_m, 0.0)
-        dy = np.maximum(np.abs(xy[:, 1] - street.ego_lane_y_m) - 0.5 * ego.width_m, 0.0)
-        if (np.hypot(dx, dy) <= contact_radius_m(spec.height_m)).any():
+        walk, size = Walk(spec), pedestrian_size(spec.height_m)
+        xy = walk.positions(times)
+        gaps = box_gaps_m(
+            xy[:, 0] - ego_speed_mps * times, xy[:, 1] - street.ego_lane_y_m, (ego.length_m, ego.width_m),
+            size.length_m, size.width_m, walk.yaws(times),
+        )  # fmt: skip
+        if (gaps <= 0).any():
             return True
     return False
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from pedcross_env.config import require
 from pedcross_env.errors import unknown_name
+from pedcross_env.scenario.layout import facade_m
+from pedcross_env.scenario.sizes import vehicle_size
 from pedcross_env.scenario.street import StreetSpec
 from pedcross_env.scenario.trigger import Trigger
 
@@ -21,6 +26,9 @@ __all__ = [
     "Scenario",
     "VehicleSpec",
 ]
+
+_WAY_STEP_M = 0.25
+_LONGEST_WAY_M = 1000.0  # farther nobody walks in an episode
 
 VEHICLE_MODELS: list[str] = [
     "hatchback",
@@ -56,6 +64,7 @@ class Leg:
     to_y_m: float
     speed_mps: float
     wait_s: float = 0.0  # before setting off
+    run_up_m: float | None = None  # over which it speeds up from standing; None: within 0.3 s
     go: Trigger | None = None
 
     def __post_init__(self) -> None:
@@ -65,6 +74,8 @@ class Leg:
         require(0 <= self.wait_s < math.inf, "Leg.wait_s", self.wait_s, "finite, 0 or more")
         place = (self.to_x_m, self.to_y_m)
         require(all(map(math.isfinite, place)), "Leg to_x_m, to_y_m", place, "finite")
+        if self.run_up_m is not None:
+            require(self.run_up_m > 0, "Leg.run_up_m", self.run_up_m, "positive, or None: within 0.3 s")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,26 +168,71 @@ class VehicleSpec:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
-    """One episode without its weather: the same crossing can be played in any weather."""
+    """One episode without its weather: the same crossing can be played in any weather.
+
+    The ego keeps to its lane, or takes it through the intersection. Distances along its way are x up to where a street
+    bends or the ego turns, and go on in metres driven.
+    """
 
     name: str
     street: StreetSpec = field(default_factory=StreetSpec)
-    ego_x_m: float = 0.0  # of the ego's centre at reset
+    ego_x_m: float = 0.0  # of the ego's centre at reset, along its way
     ego_speed_mps: float = 10.0
-    finish_x_m: float = 100.0  # passed when the ego's front is beyond it
+    ego_turn: Literal["straight", "left", "right"] = "straight"  # where there is an intersection
+    finish_x_m: float = 100.0  # along its way; passed when the ego's front is beyond it
     duration_s: float = 10.0
     pedestrians: tuple[PedestrianSpec, ...] = ()
     vehicles: tuple[VehicleSpec, ...] = ()
 
     def __post_init__(self) -> None:
         require(0 <= self.ego_speed_mps <= 40, "Scenario.ego_speed_mps", self.ego_speed_mps, "0 to 40")
-        require(self.duration_s > 0, "Scenario.duration_s", self.duration_s, "positive")
+        require(0 < self.duration_s <= 600, "Scenario.duration_s", self.duration_s, "above 0, at most 600")
+        if self.ego_turn not in ("straight", "left", "right"):
+            raise unknown_name("Scenario.ego_turn", self.ego_turn, ("straight", "left", "right"))
+        require(
+            self.ego_turn == "straight" or self.street.intersection is not None,
+            "Scenario.ego_turn", self.ego_turn,
+            "'straight' unless the street has an intersection: StreetSpec(intersection=Intersection(x_m=60.0))",
+        )  # fmt: skip
         require(
             self.finish_x_m > self.ego_x_m,
             "Scenario.finish_x_m",
             self.finish_x_m,
             f"beyond ego_x_m ({self.ego_x_m})",
         )
-        for pedestrian in self.pedestrians:
-            require(abs(pedestrian.y_m) <= self.street.facade_y_m, "PedestrianSpec.y_m", pedestrian.y_m,
-                    f"within the facades (+-{self.street.facade_y_m} m)")  # fmt: skip
+        for index, pedestrian in enumerate(self.pedestrians):
+            self._check_way(index, pedestrian)
+
+    def _check_way(self, index: int, pedestrian: PedestrianSpec) -> None:
+        """Nobody stands in or walks through a house or a parked car."""
+        street, name = self.street, f"Scenario.pedestrians[{index}]"
+        corners = np.array(
+            [(pedestrian.x_m, pedestrian.y_m), *((g.to_x_m, g.to_y_m) for g in pedestrian.legs)]
+        )
+        ways = [corners[:1]]
+        for start, end in itertools.pairwise(corners):
+            count = 2 + int(min(math.dist(start, end), _LONGEST_WAY_M) / _WAY_STEP_M)
+            ways.append(start + np.linspace(0.0, 1.0, count)[:, None] * (end - start))
+        way = np.concatenate(ways)
+        inside = int(np.argmin(facade_m(street, *way.T)))
+        x, y = (round(float(v), 2) for v in way[inside])
+        require(
+            bool(facade_m(street, x, y) >= -0.01), name, (x, y),
+            f"before the house fronts, all along its way: they are {street.facade_y_m:g} m from the centre line; "
+            f"e.g. y_m = {street.kerb_y_m + 0.5 * street.sidewalk_width_m:g} on the sidewalk",
+        )  # fmt: skip
+        for k, vehicle in enumerate(self.vehicles):
+            if not vehicle.parked:
+                continue
+            size, cos, sin = vehicle_size(vehicle.model), math.cos(vehicle.yaw_rad), math.sin(vehicle.yaw_rad)
+            dx, dy = way[:, 0] - vehicle.x_m, way[:, 1] - vehicle.y_m
+            through = (np.abs(dx * cos + dy * sin) < 0.5 * size.length_m) & (
+                np.abs(dy * cos - dx * sin) < 0.5 * size.width_m
+            )
+            place = way[int(np.argmax(through))]
+            require(
+                not through.any(), name, tuple(round(float(v), 2) for v in place),
+                f"outside of the parked Scenario.vehicles[{k}] ({vehicle.model} at x_m = {vehicle.x_m:g}, y_m = "
+                f"{vehicle.y_m:g}), all along its way; e.g. cross at x_m = "
+                f"{vehicle.x_m + 0.5 * size.length_m + 0.5:.1f}",
+            )  # fmt: skip

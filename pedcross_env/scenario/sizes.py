@@ -16,7 +16,7 @@ __all__ = [
 ]
 
 REFERENCE_HEIGHT_M = 1.8
-"""Height of Euro NCAP's adult dummy, whose footprint is 0.6 m x 0.5 m; other heights scale it."""
+"""Height of Euro NCAP's adult dummy, in mid-step 0.6 m long along its way and 0.5 m wide; other heights scale it."""
 
 
 class Size(NamedTuple):
@@ -54,13 +54,10 @@ def vehicle_size(model: str) -> Size:
 def pedestrian_size(height_m: float) -> Size:
     """Box of a pedestrian: Euro NCAP's adult footprint, scaled with the height."""
     scale = height_m / REFERENCE_HEIGHT_M
-    return Size(0.5 * scale, 0.6 * scale, height_m)
+    return Size(0.6 * scale, 0.5 * scale, height_m)
 
 
 def contact_radius_m(height_m: float) -> float:
-    """Radius of the disc that stands for a pedestrian in contact tests: mean half extent of its box.
-
-    A disc keeps contact independent of the phase of the gait and of the turning body.
-    """
+    """Radius of a disc as large as a pedestrian's box: mean half extent, for who only keeps clear of it."""
     size = pedestrian_size(height_m)
     return 0.25 * (size.length_m + size.width_m)

@@ -1,8 +1,8 @@
 """Where a pedestrian is at any time: its legs as a closed form, piecewise quadratic in time.
 
-Speed changes linearly over ``RAMP_S``; a leg without wait follows the one before without stopping, and a
-first leg without wait is already under way at time 0. The body turns towards a new leg over ``TURN_S`` per
-quarter turn.
+Speed changes linearly over ``RAMP_S``, from standing over the leg's run-up where it has one; a leg without wait
+follows the one before without stopping, and a first leg with neither wait nor run-up is already under way at time 0.
+The body turns towards a new leg over ``TURN_S`` per quarter turn.
 """
 
 from __future__ import annotations
@@ -15,10 +15,20 @@ import numpy as np
 
 from pedcross_env.scenario.scenario import Leg, PedestrianSpec
 
-__all__ = ["KNOT_FIELDS", "RAMP_S", "TURN_S", "Walk", "cadence_hz", "smoothstep", "wrap_angle"]
+__all__ = [
+    "FASTEST_TURN_RADPS",
+    "KNOT_FIELDS",
+    "RAMP_S",
+    "TURN_S",
+    "Walk",
+    "cadence_hz",
+    "smoothstep",
+    "wrap_angle",
+]
 
 RAMP_S = 0.3
 TURN_S = 0.3
+FASTEST_TURN_RADPS = 1.5 * 0.5 * math.pi / TURN_S
 KNOT_FIELDS = ("time", "x", "y", "ux", "uy", "speed", "acceleration", "phase", "cadence", "cadence_rate")
 """Columns of Walk.knots: start of a piece, position, unit direction, speed and its rate, gait cycles, cycles
 per second and their rate."""
@@ -73,6 +83,7 @@ class Walk:
         turns: (M, 4) float64: start time, yaw before, angle turned, duration.
         end_s: From this time on the pedestrian stands.
         top_speed_mps: Highest speed.
+        turns_at_all: Whether the body ever turns.
     """
 
     def __init__(self, spec: PedestrianSpec) -> None:
@@ -84,13 +95,17 @@ class Walk:
         self.top_speed_mps = max((leg.speed_mps for leg in spec.legs), default=0.0)
         self._rows = [tuple(row) for row in self.knots.tolist()]
         self._times = [row[0] for row in self._rows]
+        self.turns_at_all = len(self.turns) > 1
+        self._turn_rows = [tuple(row) for row in self.turns.tolist()]
+        self._turn_times = [row[0] for row in self._turn_rows]
 
     @staticmethod
     def _pieces(spec: PedestrianSpec) -> tuple[list[list[float]], list[tuple[float, float]]]:
         legs = _merged_legs(spec)
         x, y, time, phase = spec.x_m, spec.y_m, 0.0, (spec.seed * 0.618033988749895) % 1.0
         ux, uy = math.cos(spec.yaw_rad), math.sin(spec.yaw_rad)
-        speed = legs[0][0].speed_mps if legs and legs[0][1] == 0 else 0.0
+        under_way = bool(legs) and legs[0][1] == 0 and legs[0][0].run_up_m is None
+        speed = legs[0][0].speed_mps if under_way else 0.0
         cadence = cadence_hz(speed, spec.height_m, spec.model)
         rows: list[list[float]] = []
         departures: list[tuple[float, float]] = []
@@ -120,10 +135,12 @@ class Walk:
             ramp = min(RAMP_S, 0.5 * distance / max(cruise, speed))
             ramp_in = ramp if abs(cruise - speed) > _TINY else 0.0
             ramp_out = ramp if stops else 0.0
+            if speed == 0.0 and leg.run_up_m is not None:
+                ramp_in = 2.0 * min(leg.run_up_m, distance - 0.5 * cruise * ramp_out) / cruise
             if speed == 0.0:
                 cadence = cruise_cadence
             even = distance - 0.5 * (speed + cruise) * ramp_in - 0.5 * cruise * ramp_out
-            add(ramp_in, (cruise - speed) / ramp if ramp_in else 0.0, cruise_cadence)
+            add(ramp_in, (cruise - speed) / ramp_in if ramp_in else 0.0, cruise_cadence)
             speed, cadence = cruise, cruise_cadence
             add(even / cruise, 0.0, cruise_cadence)
             add(ramp_out, -cruise / ramp, cruise_cadence)
@@ -151,6 +168,18 @@ class Walk:
         elapsed = max(0.0, time_s - piece[0])
         travelled = piece[5] * elapsed + 0.5 * piece[6] * elapsed * elapsed
         return piece[1] + piece[3] * travelled, piece[2] + piece[4] * travelled
+
+    def yaw(self, time_s: float) -> float:
+        """Heading of the body at one time, rad, not wrapped."""
+        index = bisect_right(self._turn_times, time_s) - 1
+        start, before, angle, duration = self._turn_rows[index]
+        share = min(max((time_s - start) / duration, 0.0), 1.0)
+        return before + angle * share * share * (3.0 - 2.0 * share)
+
+    def yaws(self, times_s: np.ndarray) -> np.ndarray:
+        """Headings at many times: (T,) -> (T,), rad, not wrapped."""
+        rows = self.turns[np.searchsorted(self.turns[:, 0], times_s, side="right") - 1]
+        return rows[:, 1] + rows[:, 2] * smoothstep((times_s - rows[:, 0]) / rows[:, 3])
 
     def positions(self, times_s: np.ndarray) -> np.ndarray:
         """Positions at many times: (T,) -> (T, 2), metres."""

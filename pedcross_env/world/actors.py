@@ -66,16 +66,17 @@ class ActorRecords:
             VEHICLE_MODELS.index("sedan"),
         )
         own = {"auto": float(headlights), "low": 1.0, "high": 2.0}[ego.headlights]
-        self._ego["y"], self._ego["headlight"] = scenario.street.ego_lane_y_m, own
+        self._ego["headlight"] = own
         self._ego["length"], self._ego["width"], self._ego["height"] = ego.length_m, ego.width_m, ego.height_m
         ids = self._actors["id"]
         self.vehicle_ids = np.concatenate([ids[: self._first_pedestrian], ids[self._first_door :]])
         self.pedestrian_ids = ids[self._first_pedestrian : self._first_door].copy()
 
-    def ego(self, state: EgoState) -> np.ndarray:
-        """The ego's record, 0-d."""
+    def ego(self, state: EgoState, pose: tuple[float, float, float]) -> np.ndarray:
+        """The ego's record, 0-d; ``pose`` is (x, y, heading)."""
         record = self._ego.copy()
-        record["x"], record["speed"] = state.x_m, state.speed_mps
+        record["x"], record["y"], record["yaw"] = pose
+        record["speed"] = state.speed_mps
         record["pitch"], record["brake_light"] = state.pitch_rad, state.brake_light
         return record
 

@@ -1,4 +1,4 @@
-"""First contact inside a step: separations, and a search that cannot step over one.
+"""First contact inside a step: a search that cannot step over one.
 
 The search advances by separation over the highest closing speed (conservative advancement), so it never jumps
 a contact, then bisects: the moment found depends on no clock rate.
@@ -6,10 +6,9 @@ a contact, then bisects: the moment found depends on no clock rate.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
-__all__ = ["STANDING_MPS", "box_to_box_m", "box_to_disc_m", "first_contact"]
+__all__ = ["STANDING_MPS", "first_contact"]
 
 STANDING_MPS = 0.1
 """A slower ego stands: who walks or drives into it does not make it collide."""
@@ -17,44 +16,6 @@ STANDING_MPS = 0.1
 _SHORTEST_STEP_S = 1e-4
 _OVERLAP_STEP_S = 1e-3
 _TIME_TOLERANCE_S = 1e-8
-
-
-def box_to_disc_m(dx_m: float, dy_m: float, length_m: float, width_m: float, radius_m: float) -> float:
-    """Separation of an axis-aligned box at the origin and a disc at (dx, dy); 0 or less in contact."""
-    outside_x = max(abs(dx_m) - 0.5 * length_m, 0.0)
-    outside_y = max(abs(dy_m) - 0.5 * width_m, 0.0)
-    return math.hypot(outside_x, outside_y) - radius_m
-
-
-def box_to_box_m(
-    dx_m: float,
-    dy_m: float,
-    size_m: tuple[float, float],
-    other_size_m: tuple[float, float],
-    other_yaw_rad: float,
-) -> float:
-    """Separation along the best of the four face normals of two boxes (separating axis theorem).
-
-    It never exceeds the distance and is 0 or less exactly when they touch.
-
-    Args:
-        dx_m: Centre of the other box relative to the first, along the first's length.
-        dy_m: The same across it.
-        size_m: (length, width) of the first box, whose yaw is 0.
-        other_size_m: (length, width) of the other.
-        other_yaw_rad: Yaw of the other relative to the first.
-    """
-    cos, sin = abs(math.cos(other_yaw_rad)), abs(math.sin(other_yaw_rad))
-    half_l, half_w = 0.5 * size_m[0], 0.5 * size_m[1]
-    other_l, other_w = 0.5 * other_size_m[0], 0.5 * other_size_m[1]
-    along = dx_m * math.cos(other_yaw_rad) + dy_m * math.sin(other_yaw_rad)
-    across = dy_m * math.cos(other_yaw_rad) - dx_m * math.sin(other_yaw_rad)
-    return max(
-        abs(dx_m) - half_l - other_l * cos - other_w * sin,
-        abs(dy_m) - half_w - other_l * sin - other_w * cos,
-        abs(along) - other_l - half_l * cos - half_w * sin,
-        abs(across) - other_w - half_l * sin - half_w * cos,
-    )
 
 
 def first_contact(

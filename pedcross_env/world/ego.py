@@ -1,9 +1,9 @@
-"""The ego's longitudinal motion: an actuator with latency and limited jerk, integrated without error.
+"""The ego's motion along its way: an actuator with latency, build-up and limited jerk, integrated without error.
 
-The actuator's acceleration u follows the demand of ``latency_s`` ago at most at ``jerk_mps3``, within what
-the road's friction bears. Between its events (a demand takes effect, a ramp ends, the car stops) u is linear
-in time, so speed is quadratic and position cubic: each piece is kept as its polynomial, and no step size
-enters.
+The actuator's acceleration u follows the demand of ``latency_s`` ago at most at ``jerk_mps3``, builds up braking at
+``max_deceleration_mps2 / build_up_s`` at most, and stays within what the road's friction bears. Between its events (a
+demand takes effect, a ramp ends, the car stops) u is linear in time, so speed is quadratic and position cubic: each
+piece is kept as its polynomial, and no step size enters.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class EgoState:
     """The ego at one moment.
 
     Attributes:
-        x_m: Of its centre.
-        front_m: Of its front.
+        x_m: Of its centre, along its way.
+        front_m: Of its front, along its way.
         speed_mps: Never negative.
         acceleration_mps2: Of the car; 0 at standstill.
         brake: Braking of the actuator over the strongest one, 0..1; held at standstill.
@@ -96,6 +96,8 @@ class EgoMotion:
         require(0.01 <= friction <= 2, "friction", friction, "0.01 to 2")
         self._config = config
         self._grip_mps2 = friction * GRAVITY_MPS2
+        build_up = config.max_deceleration_mps2 / config.build_up_s if config.build_up_s > 0 else math.inf
+        self._braking_jerk_mps3 = min(config.jerk_mps3, build_up)
         self._target_mps2 = 0.0
         self._pending: deque[tuple[float, float]] = deque()
         self._now_s, self._x_m, self._speed_mps, self._actuator_mps2, self._pitch_rad = (
@@ -110,7 +112,9 @@ class EgoMotion:
 
     def begin(self, demand_mps2: float) -> None:
         """Start a policy step: forget the pieces of the last one, queue a demand."""
-        limited = max(-min(self._config.max_deceleration_mps2, self._grip_mps2), demand_mps2)
+        limited = max(-self._config.max_deceleration_mps2, demand_mps2)
+        if limited < -self._grip_mps2:  # ABS holds the wheels at the peak, else they slide
+            limited = -self._grip_mps2 * (1.0 if self._config.abs else self._config.locked_share)
         limited = min(self._config.max_acceleration_mps2, self._grip_mps2, limited)
         self._pending.append((self._now_s + self._config.latency_s, limited))
         self._pieces, self._starts = [], []
@@ -123,8 +127,12 @@ class EgoMotion:
             self._piece(end_s)
 
     def _piece(self, end_s: float) -> None:
-        speed, actuator, gap = self._speed_mps, self._actuator_mps2, self._target_mps2 - self._actuator_mps2
+        speed, actuator = self._speed_mps, self._actuator_mps2
+        goal = max(0.0, self._target_mps2) if actuator > 0 else self._target_mps2  # first off the throttle
+        gap = goal - actuator
         jerk = math.copysign(self._config.jerk_mps3, gap) if gap else 0.0
+        if gap < 0 and actuator <= 0:
+            jerk = -self._braking_jerk_mps3
         moving = speed > 0 or actuator > 0 or (actuator == 0 and jerk > 0)
         duration = end_s - self._now_s
         if self._pending:
@@ -141,9 +149,7 @@ class EgoMotion:
         self._starts.append(self._now_s)
         self._now_s += duration
         self._x_m, self._speed_mps, self._pitch_rad = self._evaluate(piece, duration)
-        self._actuator_mps2 = {"ramped": self._target_mps2, "released": 0.0}.get(
-            event, actuator + jerk * duration
-        )
+        self._actuator_mps2 = {"ramped": goal, "released": 0.0}.get(event, actuator + jerk * duration)
         if event == "stopped" or self._speed_mps < _TINY:
             self._speed_mps = 0.0
 

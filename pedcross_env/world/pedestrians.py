@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pedcross_env.scenario.layout import carriageway_m
 from pedcross_env.scenario.scenario import PedestrianSpec
-from pedcross_env.scenario.sizes import contact_radius_m
+from pedcross_env.scenario.sizes import contact_radius_m, pedestrian_size
 from pedcross_env.scenario.street import StreetSpec
 from pedcross_env.scenario.trigger import Fires
-from pedcross_env.scenario.walk import RAMP_S, Walk, smoothstep, wrap_angle
+from pedcross_env.scenario.walk import RAMP_S, Walk, smoothstep
 
 __all__ = ["PedestrianPoses", "Pedestrians"]
 
@@ -40,30 +41,24 @@ class PedestrianPoses:
     head_yaw: np.ndarray
 
 
-def _glance(walk: Walk, kerb_y_m: float) -> tuple[float, float, float]:
+def _glance(walk: Walk, street: StreetSpec) -> tuple[float, float, float]:
     """(middle of the glance in s, half its length, head angle) of the first approach to a kerb.
 
-    Nobody's glance tells whether it crosses: it depends on the way to the kerb and on the seed alone.
+    Who faces the street looks to the left first, where the near lane comes from in right-hand traffic. Nobody's
+    glance tells whether it crosses: it depends on the way to the kerb and on the seed alone.
     """
     never = (0.0, -1.0, 0.0)
     if (walk.spec.seed * 0.754877666246693) % 1.0 >= _GLANCE_SHARE:
         return never
     times = np.arange(0.0, walk.end_s + 0.1, 0.05)
-    y = np.abs(walk.positions(times)[:, 1])
-    zone = np.flatnonzero((y >= kerb_y_m - 0.05) & (y <= kerb_y_m + _KERB_ZONE_M))
+    inside = carriageway_m(street, *walk.positions(times).T)
+    zone = np.flatnonzero((inside <= 0.05) & (inside >= -_KERB_ZONE_M))
     if zone.size == 0:
         return never
     middle = float(times[zone[0]])
     if zone[0] == 0:  # stands there from the start: glances some time later
         middle += 4.0 * ((walk.spec.seed * 0.569840290998053) % 1.0)
-    side = math.copysign(1.0, float(walk.positions(np.array([middle]))[0, 1]))
-    to_traffic = math.pi if side < 0 else 0.0  # right-hand traffic: the near lane comes from the left
-    facing = -side * 0.5 * math.pi
-    return (
-        middle,
-        _GLANCE_HALF_S,
-        float(np.clip(wrap_angle(to_traffic - facing), -_GLANCE_LIMIT_RAD, _GLANCE_LIMIT_RAD)),
-    )
+    return middle, _GLANCE_HALF_S, _GLANCE_LIMIT_RAD
 
 
 def _look(since_s: np.ndarray, half_s: np.ndarray) -> np.ndarray:
@@ -85,15 +80,20 @@ class Pedestrians:
 
     Attributes:
         walks: One per pedestrian, in the scenario's order.
-        radius_m: (N,) radius of the contact disc.
+        footprints_m: (N, 2) length along the heading and width of the box that stands for each in contact.
+        heights_m: (N,).
+        radius_m: (N,) radius of a disc as large as the footprint, for others that keep clear.
     """
 
     def __init__(self, specs: tuple[PedestrianSpec, ...], street: StreetSpec) -> None:
         self.walks = [Walk(spec) for spec in specs]
         self.radius_m = np.array([contact_radius_m(spec.height_m) for spec in specs], dtype=np.float64)
+        sizes = [pedestrian_size(spec.height_m)[:2] for spec in specs]
+        self.footprints_m = np.array(sizes, dtype=np.float64).reshape(-1, 2)
+        self.heights_m = np.array([spec.height_m for spec in specs], dtype=np.float64)
         self.top_speed_mps = np.array([walk.top_speed_mps for walk in self.walks], dtype=np.float64)
         self._street = street
-        glances = [_glance(walk, street.kerb_y_m) for walk in self.walks]
+        glances = [_glance(walk, street) for walk in self.walks]
         self._glances = np.array(glances, dtype=np.float64).reshape(-1, 3)
         self._rows = np.arange(len(specs))
         self._tabulate()
@@ -170,11 +170,12 @@ class Pedestrians:
         turn_start, before, angle, duration = self._turns[self._rows, turn].T
         middle, half, head = self._glances.T
         there, back = _look(time_s - middle, half), _look(time_s - middle - _GLANCE_BACK_S, 0.5 * half)
+        x = x + ux * travelled
         return PedestrianPoses(
-            x=x + ux * travelled,
+            x=x,
             y=y,
             z=self._street.kerb_height_m
-            * smoothstep((np.abs(y) - self._street.kerb_y_m) / _KERB_RAMP_M + 0.5),
+            * smoothstep(0.5 - self._inside_m(x, y) / _KERB_RAMP_M),
             yaw=before + angle * smoothstep((time_s - turn_start) / duration),
             speed=speed,
             gait_phase=phase + elapsed * (cadence + 0.5 * rate * elapsed),
@@ -182,8 +183,17 @@ class Pedestrians:
             head_yaw=head * (there - _GLANCE_BACK_SHARE * back),
         )  # fmt: skip
 
+    def _inside_m(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        if self._street.straight:
+            return self._street.kerb_y_m - np.abs(y)
+        return carriageway_m(self._street, x, y)
+
     def table(self, times_s: np.ndarray) -> np.ndarray:
         """Positions of all at many times: (T,) -> (N, T, 2)."""
         if not self.walks:
             return np.zeros((0, len(times_s), 2))
         return np.stack([walk.positions(times_s) for walk in self.walks])
+
+    def yaw_table(self, times_s: np.ndarray) -> np.ndarray:
+        """Headings of all at many times: (T,) -> (N, T), rad, not wrapped."""
+        return np.array([walk.yaws(times_s) for walk in self.walks]).reshape(-1, len(times_s))

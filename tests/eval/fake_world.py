@@ -65,7 +65,8 @@ class FakeEnv(gymnasium.Env):
         return {
             "time_s": time_s, "episode_seed": self.seed, "scenario": "fake", "weather": self.weather,
             "crossing": int(self._label()), "crossing_in_s": later, "visible_fraction": -1.0,
-            "conflict": False, "ttc_s": math.inf, "distance_m": CROSSING_M - self.position,
+            "conflict": False, "ttc_s": math.inf, "drac_mps2": 0.0, "pet_s": math.inf,
+            "distance_m": CROSSING_M - self.position,
             "speed_mps": self.speed, "acceleration_mps2": self.acceleration, "demand_mps2": 0.0,
             "position_m": self.position, "impact_speed_mps": self.impact, "collided_with": 0,
             "outcome": self.outcome, "subframes": 0, "flow_px": -1.0,

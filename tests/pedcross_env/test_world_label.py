@@ -2,13 +2,16 @@
 
 import math
 
+import numpy as np
 import pytest
 
-from pedcross_env.config import EgoConfig, LabelConfig, WorldConfig
+from pedcross_env.camera import Renderer
+from pedcross_env.config import CameraConfig, EgoConfig, LabelConfig, WorldConfig
 from pedcross_env.contracts import Outcome
 from pedcross_env.scenario import Leg, PedestrianSpec, Scenario, StreetSpec, VehicleSpec
-from pedcross_env.scenario.sizes import contact_radius_m
+from pedcross_env.scenario.sizes import pedestrian_size
 from pedcross_env.scenario.walk import RAMP_S
+from pedcross_env.weather.weather import Weather
 from pedcross_env.world import World
 
 STREET = StreetSpec()
@@ -19,7 +22,7 @@ def build(*people: PedestrianSpec, speed: float = 0.0, fov_deg: float = 60.0, **
     scenario = Scenario(name="s", ego_speed_mps=speed, pedestrians=people, duration_s=10.0)
     return World(
         scenario, ego=EgoConfig(), world=WorldConfig(), label=LabelConfig(**label), friction=0.85,
-        horizontal_fov_deg=fov_deg,
+        camera=CameraConfig(horizontal_fov_deg=fov_deg),
     )  # fmt: skip
 
 
@@ -77,13 +80,14 @@ def test_only_ahead_in_range_and_in_view_counts() -> None:
     on_the_way = PedestrianSpec(behaviour="crossing", x_m=30.0, y_m=-4.0, legs=(crossing,))
     assert build(on_the_way).facts()["crossing"] == 1
     assert build(on_the_way, range_m=27.0).facts()["crossing"] == 0
-    bearing_deg = math.degrees(math.atan2(4.0 + LANE_Y, 30.0 - 0.3))
-    assert build(on_the_way, fov_deg=2 * bearing_deg + 0.1).facts()["crossing"] == 1
-    assert build(on_the_way, fov_deg=2 * bearing_deg - 0.1).facts()["crossing"] == 0
+    to_the_side = PedestrianSpec(behaviour="crossing", x_m=12.0, y_m=-5.0, legs=(crossing,))
+    bearing_deg = math.degrees(math.atan2(5.0 + LANE_Y, 12.0 - 0.3))
+    assert build(to_the_side, fov_deg=2 * bearing_deg + 0.1).facts()["crossing"] == 1
+    assert build(to_the_side, fov_deg=2 * bearing_deg - 0.1).facts()["crossing"] == 0
     behind = PedestrianSpec(
         behaviour="crossing", x_m=1.0, y_m=-5.0, legs=(Leg(to_x_m=1.0, to_y_m=KERB_Y, speed_mps=1.0),)
     )
-    assert build(behind, fov_deg=170.0).facts()["crossing"] == 0
+    assert build(behind, fov_deg=150.0).facts()["crossing"] == 0
     assert math.isnan(build(behind).facts()["crossing_in_s"])
 
 
@@ -100,7 +104,7 @@ def test_crossing_ids_are_ordered_by_distance() -> None:
 def test_time_to_contact_counts_down_to_the_contact() -> None:
     person = PedestrianSpec(behaviour="standing", x_m=40.0, y_m=LANE_Y)
     world = build(person, speed=10.0, conflict_margin_m=0.0)
-    contact_s = (40.0 - 2.25 - contact_radius_m(1.75)) / 10.0
+    contact_s = (40.0 - 2.25 - 0.5 * pedestrian_size(1.75).length_m) / 10.0
     while world.outcome is Outcome.RUNNING:
         facts = world.facts()
         assert facts["ttc_s"] == pytest.approx(contact_s - world.time_s, abs=2e-3)
@@ -110,7 +114,8 @@ def test_time_to_contact_counts_down_to_the_contact() -> None:
 
 
 def test_a_miss_is_no_conflict_unless_the_margin_says_so() -> None:
-    beside = PedestrianSpec(behaviour="standing", x_m=30.0, y_m=LANE_Y - 0.9 - contact_radius_m(1.75) - 0.2)
+    half = 0.5 * pedestrian_size(1.75).width_m
+    beside = PedestrianSpec(behaviour="standing", x_m=30.0, y_m=LANE_Y - 0.9 - half - 0.2)
     assert build(beside, speed=10.0, conflict_margin_m=0.1).facts()["ttc_s"] == math.inf
     assert build(beside, speed=10.0, conflict_margin_m=0.3).facts()["conflict"] is True
 
@@ -126,3 +131,44 @@ def test_a_standing_car_ahead_is_a_conflict() -> None:
     scenario = Scenario(name="s", vehicles=(VehicleSpec(x_m=30.0, y_m=LANE_Y, parked=True, model="sedan"),))
     world = World(scenario, ego=EgoConfig(), world=WorldConfig(), label=LabelConfig(), friction=0.85)
     assert world.facts()["ttc_s"] == pytest.approx((30.0 - 2.35 - 2.25 - 0.3) / 10.0)
+
+
+def seen(world: World, camera: CameraConfig) -> bool:
+    """Whether the render shows any pixel of the pedestrian: the oracle of the label's geometry."""
+    renderer = Renderer(camera)
+    renderer.load(world.scenario.street, Weather())
+    return bool((renderer.render(world.snapshot(0.0)).instance == 2).any())
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"yaw_deg": 25.0},
+        {"yaw_deg": -25.0, "mount_y_m": 0.8, "mount_x_m": 1.5},
+        {"principal_point": (0.3, 0.6)},
+        {"lens": "brown", "distortion": (-0.25, 0.05)},
+        {"lens": "fisheye", "distortion": (-0.0275, -0.007, -0.04, 0.0193), "horizontal_fov_deg": 87.4},
+        {"roll_deg": 20.0, "pitch_deg": 5.0},
+    ],
+)
+def test_in_view_is_what_the_camera_shows_whatever_its_mount_and_lens(changes: dict) -> None:
+    """Along a line across the street, the label changes where the picture begins to show the body."""
+    camera = CameraConfig(width_px=96, height_px=54, **changes)
+    agree, shown = [], 0
+    for y in np.arange(-8.5, 9.0, 0.5):
+        step = math.copysign(0.5, -y)
+        person = PedestrianSpec(
+            behaviour="crossing", x_m=5.0, y_m=float(y),
+            legs=(Leg(to_x_m=5.0, to_y_m=float(y) + 20 * step, speed_mps=0.1),),
+        )  # fmt: skip
+        street = StreetSpec(parking_width_m=4.0, lane_width_m=5.0)
+        scenario = Scenario(name="s", street=street, ego_speed_mps=0.0, pedestrians=(person,))
+        world = World(
+            scenario, ego=EgoConfig(), world=WorldConfig(), label=LabelConfig(), friction=0.85, camera=camera
+        )
+        visible = seen(world, camera)
+        shown += visible
+        agree.append(world.facts()["crossing"] == int(visible))
+    assert 3 <= shown <= 32
+    # half a body's width of the picture's edge may be told either way
+    assert sum(not a for a in agree) <= 2, agree

@@ -11,10 +11,10 @@ from pedcross_env.config import EgoConfig, LabelConfig, TrafficConfig, WorldConf
 from pedcross_env.contracts import Outcome
 from pedcross_env.errors import ConfigError
 from pedcross_env.scenario import Leg, PedestrianSpec, Scenario, StreetSpec, VehicleSpec
+from pedcross_env.scenario.footprints import box_to_disc_m
 from pedcross_env.scenario.sampler import sample_crossing
 from pedcross_env.scenario.sizes import contact_radius_m
 from pedcross_env.world import World
-from pedcross_env.world.contact import box_to_disc_m
 
 LANE_Y = StreetSpec().ego_lane_y_m
 
