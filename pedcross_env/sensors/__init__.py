@@ -55,11 +55,11 @@ _MODULES = {
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
 __all__ = [
-    "DVS_PRESETS", "FORMATS", "REPRESENTATIONS", "DvsConfig", "DvsState", "Recording", "add_counts", "blame", "carla_image",
-    "carla_log", "counts_to_png", "dvs_preset", "edge_owner", "event_counts", "event_windows", "grey_frame",
-    "histogram", "initial_state", "is_noise", "lin_log", "log_image", "log_luminance", "nearest", "png_to_counts", "pool", "read_events",
-    "represent", "rescale_events", "srgb_luminance", "step", "step_counts", "step_labelled", "time_surface",
-    "voxel_grid", "window", "write_events",
+    "DVS_PRESETS", "FORMATS", "REPRESENTATIONS", "DvsConfig", "DvsState", "Recording", "add_counts", "blame",
+    "carla_image", "carla_log", "counts_to_png", "dvs_preset", "edge_owner", "event_counts", "event_windows",
+    "grey_frame", "histogram", "initial_state", "is_noise", "lin_log", "log_image", "log_luminance", "nearest",
+    "png_to_counts", "pool", "read_events", "represent", "rescale_events", "srgb_luminance", "step",
+    "step_counts", "step_labelled", "time_surface", "voxel_grid", "window", "write_events",
 ]  # fmt: skip
 
 

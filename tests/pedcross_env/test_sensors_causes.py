@@ -142,12 +142,11 @@ def test_who_walks_before_a_camera_at_rest_makes_the_events() -> None:
 
 
 def test_labels_leave_the_events_as_they_are() -> None:
-    scenario = Scenario(name="drive", ego_speed_mps=8.0)
-    events, causes, _ = sense(scenario, "rain", 3)
-    plain = {"return_events": True, "label_events": False, "camera": {"width_px": 112, "height_px": 64},
-             "dvs": {"shot_hz": 0.0, "positive_threshold": 0.2, "negative_threshold": 0.2}}  # fmt: skip
-    env = CrossingEnv(plain)
-    env.reset(seed=3, options={"scenario": scenario, "weather": "rain"})
+    scenario, rain = Scenario(name="drive", ego_speed_mps=8.0), Weather(rain_mm_h=100.0, wetness=0.5)
+    settings = {"dvs": {"positive_threshold": 0.05, "negative_threshold": 0.05}}
+    events, causes, _ = sense(scenario, rain, 3, **settings)
+    env = CrossingEnv({"return_events": True, "camera": {"width_px": 112, "height_px": 64}} | settings)
+    env.reset(seed=3, options={"scenario": scenario, "weather": rain})
     infos = [env.step(HOLD)[-1] for _ in range(3)]
     assert "event_causes" not in infos[0]
     np.testing.assert_array_equal(np.concatenate([info["events"] for info in infos]), events)

@@ -83,7 +83,7 @@ def test_a_flash_forces_sub_frames_and_both_cameras_see_it() -> None:
     )
     env = CrossingEnv({"weather": (weather,), "camera": {"width_px": 48, "height_px": 32}})
     env.reset(seed=2, options={"scenario": Scenario(name="still", ego_speed_mps=0.0)})
-    lightning = env._vision._lightning  # type: ignore[union-attr]
+    lightning = env._vision._view.lightning  # type: ignore[union-attr]
     quiet, struck = [], []
     for _ in range(150):
         start = env.world.time_s
