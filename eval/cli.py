@@ -198,6 +198,36 @@ def _demo(arguments: list[str], console: Console) -> None:
     _say(console, f"report: {report}")
 
 
+def _events(arguments: list[str], console: Console) -> None:
+    from eval.progress import bar
+    from eval.video_events import VideoEventsConfig, make_events
+
+    # VIDEO may stand alone, as in `pedcross events drive.mp4`.
+    if arguments and not arguments[0].startswith("-"):
+        arguments = ["--video", *arguments]
+    config = _parse(VideoEventsConfig, arguments, "events")
+    with bar("making events", console) as progress:
+        report = make_events(config, progress)
+    height, width = report.shape
+    rate = report.events / report.span_s / 1e6
+    _say(
+        console,
+        f"{report.events:,} events ({report.on:,} ON) of {report.frames} frames, {width}x{height}, over "
+        f"{report.span_s:.2f} s: {rate:.2f} million/s; the event camera took "
+        f"{1e3 * report.camera_s / report.frames:.1f} ms of CPU per frame",
+    )
+    if report.source.count > 0 and config.duration_s is None and config.start_s == 0:
+        missing = report.source.count - report.frames
+        if missing > 0:
+            _say(
+                console,
+                f"{missing} of {report.source.count} frames that the video announces could not be decoded.",
+            )
+    _say(console, f"events: {report.path}")
+    if report.video is not None:
+        _say(console, f"video: {report.video}")
+
+
 def _play(arguments: list[str], console: Console) -> None:
     from eval.live import PlayConfig, play_live
     from eval.progress import bar
@@ -288,6 +318,7 @@ COMMANDS: dict[str, tuple[str, Callable[[list[str], Any], None]]] = {
     "benchmark": ("score detectors on recorded videos: AUROC, F-score, intervals", _benchmark),
     "evaluate": ("let detectors brake on seeded crossings, beside the controls", _evaluate),
     "report": ("one HTML page of the results in a folder", _report),
+    "events": ("a video to events, event frames and both side by side", _events),
     "play": ("watch one episode: both cameras, depth, the street from above, p(crossing)", _play),
     "decimation": (
         "what resizing does to event frames: the paper's appendix, drawn and counted",

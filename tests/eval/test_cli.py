@@ -24,6 +24,9 @@ from pedcross_env.errors import DataError
         (["report", "--out", "{out}"], "holds no results"),
         (["play", "--driver", "orcale"], "Did you mean 'oracle'"),
         (["play", "--out", "{out}/a.gif", "--seed", "1"], ".mp4 or .avi"),
+        (["events", "{file}"], "is empty"),
+        (["events", "{out}"], "does not exist"),
+        (["events", "{file}", "--camera", "davis"], "Did you mean 'davis346'"),
         (["decimation", "--weather", "rane"], "Did you mean 'rain'"),
         (["decimation", "--width-px", "2000"], "width_px = 2000 is not allowed: it must be 1 to 1600"),
         (["weathers", "--fog"], "takes no options"),
@@ -93,7 +96,8 @@ def test_help_imports_nothing_heavy():
 
 
 @pytest.mark.parametrize(
-    "command", ["generate", "benchmark", "evaluate", "report", "demo", "weathers", "play", "decimation"]
+    "command",
+    ["generate", "benchmark", "evaluate", "report", "demo", "weathers", "play", "decimation", "events"],
 )
 def test_each_command_explains_its_options(capsys, command):
     with pytest.raises(SystemExit) as stop:
