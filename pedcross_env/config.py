@@ -15,8 +15,8 @@ from pedcross_env.errors import ConfigError, require, unknown_name
 from pedcross_env.sensors.dvs_config import DvsConfig, dvs_preset
 
 __all__ = [
-    "CAMERA_PRESETS", "CameraConfig", "DvsConfig", "EgoConfig", "EnvConfig", "LabelConfig", "RewardConfig", "RgbConfig",
-    "TrafficConfig", "WorldConfig", "camera_preset", "from_mapping", "require",
+    "BehaviourConfig", "CAMERA_PRESETS", "CameraConfig", "DvsConfig", "EgoConfig", "EnvConfig", "LabelConfig",
+    "RewardConfig", "RgbConfig", "TrafficConfig", "WorldConfig", "camera_preset", "from_mapping", "require",
 ]  # fmt: skip
 
 T = TypeVar("T")
@@ -270,6 +270,60 @@ class WorldConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class BehaviourConfig:
+    """How people cross, and what else there is that looks like a danger: shares of episodes, each drawn by itself.
+
+    All that makes a crossing more than a walk straight over: who hesitates steps down, stops for up to 1.5 s and
+    goes on; who stops midway stands on the carriageway for up to 2.5 s; who turns back comes at most to the middle
+    of the ego's lane and misses an ego that holds its speed; who yields waits at the kerb for a gap it accepts, so
+    it reacts to the ego and is not timed to be hit. Groups have one to four people by ``group_sizes``; with
+    ``both_sides`` one more comes from the other side.
+
+    Hard negatives: a cyclist rides at the edge of either lane, some just beside the ego's path; a door of a parked
+    car opens as the ego comes; with ``intersection`` a side street lies before the meeting point and oncoming cars
+    turn across the ego's lane; with ``leader`` a car drives ahead of the ego, hides the meeting point and passes it
+    before the others step out. What bystanders do, by weight: walk along the house fronts or along the kerb, walk
+    up and stop, stand at the kerb, stand.
+    """
+
+    hesitates: float = 0.08
+    stops_midway: float = 0.05
+    turns_back: float = 0.05
+    yields: float = 0.0
+    group_sizes: tuple[float, float, float, float] = (0.7, 0.22, 0.05, 0.03)
+    both_sides: float = 0.08
+    cyclist: float = 0.25
+    door: float = 0.1
+    intersection: float = 0.0
+    leader: float = 0.0
+    walking_along: float = 0.25
+    along_kerb: float = 0.15
+    walks_up: float = 0.25
+    kerb_standing: float = 0.15
+    standing: float = 0.2
+
+    def __post_init__(self) -> None:
+        weights = ("walking_along", "along_kerb", "walks_up", "kerb_standing", "standing")
+        for item in dataclasses.fields(self):
+            if item.name not in ("group_sizes", *weights):
+                value = getattr(self, item.name)
+                require(0 <= value <= 1, f"behaviour.{item.name}", value, "a share, 0 to 1")
+        for names, values in ((("group_sizes",), self.group_sizes), (weights, self.bystanders)):
+            require(
+                all(0 <= w < math.inf for w in values) and 0 < sum(values) < math.inf,
+                f"behaviour {', '.join(names)}", values, "weights, 0 or more, not all 0",
+            )  # fmt: skip
+        require(len(self.group_sizes) == 4, "behaviour.group_sizes", self.group_sizes, "four weights")
+        ways = self.hesitates + self.stops_midway + self.turns_back + self.yields
+        require(ways <= 1, "behaviour hesitates + stops_midway + turns_back + yields", ways, "at most 1")
+
+    @property
+    def bystanders(self) -> tuple[float, ...]:
+        """Weights of what bystanders do, in the order of the fields."""
+        return (self.walking_along, self.along_kerb, self.walks_up, self.kerb_standing, self.standing)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class TrafficConfig:
     """What random crossings are drawn from; see scenario.sampler for the distributions."""
 
@@ -279,6 +333,7 @@ class TrafficConfig:
     max_bystanders: int = 4
     max_oncoming: int = 2
     parked_share: float = 0.5  # of parking bays that are taken
+    behaviour: BehaviourConfig = field(default_factory=BehaviourConfig)
 
     def __post_init__(self) -> None:
         require(0 <= self.crossing_share <= 1, "crossing_share", self.crossing_share, "0 to 1")
@@ -290,8 +345,8 @@ class TrafficConfig:
             self.ego_speed_mps,
             "(low, high) with 0 < low <= high <= 40",
         )
-        require(self.max_bystanders >= 0, "max_bystanders", self.max_bystanders, "0 or more")
-        require(self.max_oncoming >= 0, "max_oncoming", self.max_oncoming, "0 or more")
+        require(0 <= self.max_bystanders <= 100, "max_bystanders", self.max_bystanders, "0 to 100")
+        require(0 <= self.max_oncoming <= 20, "max_oncoming", self.max_oncoming, "0 to 20")
         require(0 <= self.parked_share <= 1, "parked_share", self.parked_share, "0 to 1")
 
 

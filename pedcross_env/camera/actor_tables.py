@@ -9,9 +9,10 @@ import numpy as np
 from pedcross_env.camera.kernels.people import MAX_BODY, PART_SIZE
 from pedcross_env.camera.kernels.pose import BUILD_SIZE
 from pedcross_env.camera.people import person_of
+from pedcross_env.camera.riders import rider_of
 from pedcross_env.camera.vehicles import PAINTS
 from pedcross_env.contracts import ActorKind
-from pedcross_env.scenario import ACCESSORIES
+from pedcross_env.scenario import ACCESSORIES, VEHICLE_MODELS
 
 __all__ = ["ActorTables", "Cast"]
 
@@ -27,9 +28,9 @@ class Cast(NamedTuple):
 
     Attributes:
         numbers: (N, 14) float64: NUMBERS.
-        idents: (N, 2) int64: instance id, ActorKind.
+        idents: (N, 2) int64: instance id, ActorKind; PEDESTRIAN for cyclists too, who are drawn as bodies are.
         looks: (N, 8, 4) a vehicle's paint in [:, 0, :3].
-        builds: (N, BUILD_SIZE) proportions of pedestrians.
+        builds: (N, BUILD_SIZE) proportions of pedestrians and cyclists.
         bodies: (N, MAX_BODY, PART_SIZE) their capsules.
     """
 
@@ -68,11 +69,16 @@ class ActorTables:
         idents[:, 0], idents[:, 1] = actors["id"], actors["kind"]
         for i, actor in enumerate(actors):
             model, seed = int(actor["model"]), int(actor["seed"])
-            if actor["kind"] == ActorKind.PEDESTRIAN:
+            if actor["kind"] == ActorKind.VEHICLE and VEHICLE_MODELS[model] == "cyclist":
+                rider = rider_of(seed)
+                builds[i], bodies[i] = rider.build, rider.body
+                idents[i, 1] = ActorKind.PEDESTRIAN  # for the kernels: a body, not a polyhedron
+            elif actor["kind"] == ActorKind.PEDESTRIAN:
                 accessory = ACCESSORIES[int(actor["accessory"])]
                 person = person_of(model, seed, float(actor["height"]), accessory, self._raining)
                 builds[i], bodies[i] = person.build, person.body
             else:
-                rng = np.random.default_rng([seed & 0xFFFFFFFF, model, 33])
+                painted = seed >> 32 if VEHICLE_MODELS[model] == "car_door" else model  # as its car is
+                rng = np.random.default_rng([seed & 0xFFFFFFFF, painted, 33])
                 looks[i, 0, :3] = PAINTS[rng.integers(len(PAINTS))]
         return idents, looks, builds, bodies

@@ -476,4 +476,5 @@ register_vehicle("bus", _bus((11.5, 2.5, 3.1)))
 register_vehicle("truck", _truck((7.5, 2.45, 3.3)))
 register_vehicle("motorcycle", _motorcycle((2.1, 0.75, 1.15)))
 register_vehicle("bicycle", _bicycle((1.75, 0.60, 1.05)))
+register_vehicle("cyclist", _bicycle((1.75, 0.60, 1.75)))  # who rides it is drawn by camera.riders
 register_vehicle("car_door", _door((1.05, 0.09, 1.15)))

@@ -40,6 +40,7 @@ VEHICLE_MODELS: list[str] = [
     "motorcycle",
     "bicycle",
     "car_door",
+    "cyclist",
 ]
 """Names by index; ``pedcross_env.camera.models.register_vehicle`` appends to them."""
 PEDESTRIAN_MODELS = ("adult", "child", "elderly")

@@ -37,6 +37,7 @@ VEHICLE_SIZES: dict[str, Size] = {
     "motorcycle": Size(2.1, 0.75, 1.15),
     "bicycle": Size(1.75, 0.6, 1.05),
     "car_door": Size(1.05, 0.09, 1.15),
+    "cyclist": Size(1.75, 0.6, 1.75),
 }
 
 

@@ -51,7 +51,8 @@ class ActorRecords:
             record["length"], record["width"], record["height"] = vehicle_size(spec.model)
         for record, owner in zip(self._actors[self._first_door :], traffic.doors.owners, strict=True):
             record["kind"], record["model"] = ActorKind.VEHICLE, VEHICLE_MODELS.index(DOOR_MODEL)
-            record["seed"] = vehicles[owner].seed  # its car's paint
+            car = vehicles[owner]  # whose paint it has
+            record["seed"] = (VEHICLE_MODELS.index(car.model) << 32) + (car.seed & 0xFFFFFFFF)
             record["length"], record["width"], record["height"] = vehicle_size(DOOR_MODEL)
         people = self._actors[self._first_pedestrian : self._first_door]
         for record, person in zip(people, pedestrians, strict=True):

@@ -126,6 +126,7 @@ class Driver(IDMVehicle):
         size = vehicle_size(spec.model)
         self.LENGTH, self.WIDTH = size.length_m, size.width_m
         self.check_collisions = False
+        self.pedals = spec.model == "cyclist"
         self.way = route
         self.lane = RouteLane(route, width_m)
         self.hazards: list[Hazard] = []

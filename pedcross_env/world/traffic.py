@@ -29,6 +29,7 @@ __all__ = ["HARDEST_BRAKING_MPS2", "TRAFFIC_HZ", "DrivingPoses", "Traffic"]
 TRAFFIC_HZ = 10
 _SIDE_CLEARANCE_M = 0.5
 _TINY_S = 1e-9
+_PEDALLED_M = 5.0  # way of a bicycle per turn of the crank: 70 turns a minute at 5.8 m/s
 
 EgoPose = tuple[float, float, float, float]
 """x and y of the ego's centre in metres, heading in rad, speed in m/s."""
@@ -43,6 +44,7 @@ class DrivingPoses(NamedTuple):
     speed: np.ndarray
     pitch: np.ndarray
     brake_light: np.ndarray
+    gait_phase: np.ndarray  # turns of a cyclist's crank
 
 
 class Traffic:
@@ -201,11 +203,12 @@ class Traffic:
     def poses(self, time_s: float) -> DrivingPoses:
         """All vehicles that drive, in the order of ``movers``."""
         if not self._drivers:
-            return DrivingPoses(*(np.zeros(0),) * 6)
+            return DrivingPoses(*(np.zeros(0),) * len(DrivingPoses._fields))
         rows = []
         for index, phase in enumerate(self._phases(time_s)):
             x, y, yaw, speed = self.pose(index, time_s)
-            rows.append((x, y, yaw, speed, phase.pitch(time_s), float(phase.braking(speed))))
+            turns = phase.run(time_s)[0] / _PEDALLED_M if self._drivers[index].pedals else 0.0
+            rows.append((x, y, yaw, speed, phase.pitch(time_s), float(phase.braking(speed)), turns))
         return DrivingPoses(*np.array(rows).T)
 
     def arrives_in_s(self, x_m: float, y_m: float, time_s: float) -> float:

@@ -11,14 +11,21 @@ from pedcross_env.camera.kernels.people import MAX_BODY, retro_coefficient
 from pedcross_env.camera.kernels.pose import (
     ANKLE_Z,
     BALL_X,
+    CRANK,
+    CRANK_LENGTH,
     FOOT,
     FRAMES,
+    HAND,
     HEEL_X,
+    PELVIS,
     RIGHT,
+    SHANK,
+    TOES,
     duty_factor,
     pose_body,
 )
 from pedcross_env.camera.people import person_of
+from pedcross_env.camera.riders import RIDER_HEIGHT_M, rider_of
 from pedcross_env.errors import ConfigError
 from pedcross_env.scenario import ACCESSORIES, Leg, PedestrianSpec, StreetSpec
 from pedcross_env.weather.weather import Weather
@@ -228,3 +235,23 @@ def test_who_looks_looks_both_ways():
     assert 5 < looked.sum() < 18
     assert (heads[:, looked].max(axis=0) > 0.5).all()
     assert (heads[:, looked].min(axis=0) < -0.5).all()
+
+
+@pytest.mark.parametrize("seed", [0, 3, 11])
+def test_a_cyclist_sits_on_the_saddle_with_its_feet_on_the_turning_pedals(seed):
+    rider, frames = rider_of(seed), np.empty((FRAMES, 4, 3))
+    for phase in np.arange(0.0, 1.0, 0.05):
+        pose_body(phase, 1.0, 0.0, RIDER_HEIGHT_M, rider.build, frames)
+        placed = frames * RIDER_HEIGHT_M
+        assert placed[PELVIS, 0] == pytest.approx((-0.20, 0.0, 0.99))
+        for k in range(2):
+            turn = 2 * np.pi * (phase + 0.5 * k)
+            pedal = np.array(CRANK) + CRANK_LENGTH * np.array([np.sin(turn), np.cos(turn)])
+            ball = placed[TOES + RIGHT * k, 0]
+            assert np.hypot(*(ball[[0, 2]] - pedal)) < 0.03
+            knee, ankle = placed[SHANK + RIGHT * k, 0], placed[FOOT + RIGHT * k, 0]
+            assert (
+                np.linalg.norm(ankle - knee) < 1.06 * rider.build[5] * RIDER_HEIGHT_M
+            )  # the leg reaches its foot
+            hand = placed[HAND + RIGHT * k, 0]
+            assert np.hypot(hand[0] - 0.34, hand[2] - 1.04) < 0.2

@@ -12,18 +12,21 @@ import math
 from pedcross_env.camera.kernels.jit import kernel
 
 __all__ = [
-    "ANKLE_Z", "BUILD_SIZE", "CHEST", "FOREARM", "FRAMES", "GROUND", "HAND", "HEAD", "HELD", "LEG_STANDING", "NECK_Z", "PELVIS",
+    "ANKLE_Z", "BUILD_SIZE", "B_RIDES", "CHEST", "CRANK", "CRANK_LENGTH", "PEDAL_Y", "FOREARM", "FRAMES", "GROUND", "HAND", "HEAD", "HELD", "LEG_STANDING", "NECK_Z", "PELVIS",
     "SHANK", "THIGH", "TOES", "FOOT", "UPPER_ARM", "duty_factor", "pose_body", "running_share",
 ]  # fmt: skip
 
 # frames; a limb's frame starts at its upper joint and points up along it, the right limb's follows at + RIGHT
 PELVIS, CHEST, HEAD, GROUND, HELD = 0, 1, 2, 3, 4
 THIGH, SHANK, FOOT, TOES, UPPER_ARM, FOREARM, HAND = 5, 6, 7, 8, 9, 10, 11
+# a bicycle's, in metres from the ground under its middle: hips over the saddle, the crank's axle and length, the pedals' distance
+RIDING_HIP, CRANK, CRANK_LENGTH, PEDAL_Y = (-0.20, 0.99), (-0.08, 0.30), 0.165, 0.11
+RIDING_LEAN = 0.62  # rad, of the trunk
 RIGHT, FRAMES = 7, 19
 # build: shares of the height (stoop and arm angles in rad)
 (B_SHOULDER, B_HIP, B_HEAD, B_STOOP, B_THIGH, B_SHANK, B_SPREAD, B_VIGOUR, B_HOLD_L, B_UP_L, B_FLEX_L, B_HOLD_R, B_UP_R,
- B_FLEX_R) = range(14)  # fmt: skip
-BUILD_SIZE = 14
+ B_FLEX_R, B_RIDES) = range(15)  # fmt: skip
+BUILD_SIZE = 15
 
 ANKLE_Z, HEEL_X, BALL_X = (
     0.039,
@@ -177,12 +180,16 @@ def pose_body(phase, stride_m, head_yaw, height_m, build, frames):
 
     Args:
         phase: Walking cycles; the left foot is in the middle of its stance at a half, the right one at whole numbers.
+            Turns of the crank for who rides a bicycle; the left pedal is up at whole numbers.
         stride_m: Length of one cycle, 0 standing.
         head_yaw: Relative to the body, rad.
         height_m: Body height.
         build: (BUILD_SIZE,) proportions, see the B_* columns.
         frames: (FRAMES, 4, 3) origin, x, y and z axis of each segment, filled.
     """
+    if build[B_RIDES] > 0.0:
+        _ride(phase, head_yaw, height_m, build, frames)
+        return
     stride = stride_m / height_m
     run, duty = running_share(stride, height_m), duty_factor(stride, height_m)
     amount = _smooth(stride / 0.6)
@@ -206,6 +213,31 @@ def pose_body(phase, stride_m, head_yaw, height_m, build, frames):
         hip_x, hip_y = side * turned * build[B_HIP], sway + side * build[B_HIP]
         _leg(frames, first, hip_x, hip_y, hip_z, build[B_THIGH], build[B_SHANK])
     _trunk(frames, swing, run, amount, head_yaw, build, standing, hip_z, sway, lean)
+
+
+@kernel
+def _ride(phase, head_yaw, height_m, build, frames):
+    """Sit on a bicycle: hips on the saddle, feet on the pedals, arms reaching ahead."""
+    hip_x, hip_z = RIDING_HIP[0] / height_m, RIDING_HIP[1] / height_m
+    _axes(frames, GROUND, 0.0, 0.0, 0.0, 0.0, 0.0)
+    _axes(frames, PELVIS, 0.0, 0.0, hip_z, 0.5 * RIDING_LEAN, 0.0)
+    for k in range(2):
+        side, first = 1.0 - 2.0 * k, THIGH + RIGHT * k
+        turn = 2.0 * math.pi * (phase + 0.5 * k)
+        # the ball of the foot is on the pedal, its heel lower on the way down
+        px = (CRANK[0] + CRANK_LENGTH * math.sin(turn)) / height_m - hip_x
+        pz = (CRANK[1] + CRANK_LENGTH * math.cos(turn) + 0.02) / height_m
+        pitch = 0.20 - 0.20 * math.sin(turn)
+        c, s, y = math.cos(pitch), math.sin(pitch), side * PEDAL_Y / height_m
+        ax, az = px - BALL_X * c + ANKLE_Z * s, pz + BALL_X * s + ANKLE_Z * c
+        _axes(frames, first + FOOT - THIGH, ax, y, az, pitch, 0.0)
+        _axes(frames, first + TOES - THIGH, px, y, pz, pitch, 0.0)
+        _leg(frames, first, 0.0, side * build[B_HIP], hip_z, build[B_THIGH], build[B_SHANK])
+    standing = ANKLE_Z + LEG_STANDING * (build[B_THIGH] + build[B_SHANK])
+    _trunk(frames, 0.0, 0.0, 0.0, head_yaw, build, standing, hip_z, 0.0, RIDING_LEAN)
+    for f in range(FRAMES):
+        if f != GROUND:
+            frames[f, 0, 0] += hip_x
 
 
 @kernel

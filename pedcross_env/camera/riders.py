@@ -1,0 +1,89 @@
+"""Cyclists: a person on the frames of a riding body, and a bicycle of thin capsules on the ground's frame."""
+
+from __future__ import annotations
+
+import itertools
+from functools import lru_cache
+
+import numpy as np
+
+from pedcross_env.camera.kernels.people import MAX_BODY, PART_SIZE
+from pedcross_env.camera.kernels.pose import B_RIDES, CRANK, GROUND
+from pedcross_env.camera.people import ADULT, Person, person_of
+
+__all__ = ["RIDER_HEIGHT_M", "rider_of"]
+
+RIDER_HEIGHT_M = 1.75
+_WHEEL_M, _AXLES_M, _SPOKES = 0.34, (-0.53, 0.53), 10
+_REACH = (1.0, 0.42, 0.22)  # arms held; upper arm ahead of down and bend of the elbow, rad
+_PAINTS = (
+    (0.03, 0.03, 0.035),
+    (0.36, 0.02, 0.02),
+    (0.03, 0.09, 0.24),
+    (0.45, 0.45, 0.44),
+    (0.05, 0.16, 0.10),
+)
+_RUBBER, _METAL, _TAIL = (0.02, 0.02, 0.022), (0.30, 0.30, 0.31), (0.30, 0.01, 0.01)
+_REFLECTOR = 50.0  # cd/(lx m2) of its area, much below that of a vest's tape
+_HEAVY = ("coat", "skirt", "shorts")  # clothes made for a standing body
+
+
+def _bicycle(paint: tuple[float, float, float]) -> list[list[float]]:
+    """Rows of kernels.people's parts."""
+    scale = 1.0 / RIDER_HEIGHT_M
+    rows: list[list[float]] = []
+
+    def bar(
+        a: tuple[float, float, float], b: tuple[float, float, float], radius: float,
+        colour: tuple[float, float, float], retro: float = 0.0,
+    ) -> None:  # fmt: skip
+        ends = [scale * v for v in a], [scale * v for v in b]
+        rows.append([GROUND, *ends[0], GROUND, *ends[1], radius * scale, radius * scale, *colour, retro, 0.0])
+
+    for x in _AXLES_M:
+        turn = 2 * np.pi * np.arange(_SPOKES + 1) / _SPOKES
+        rim = [
+            (x + _WHEEL_M * float(np.cos(t)), 0.0, _WHEEL_M + 0.02 + _WHEEL_M * float(np.sin(t)))
+            for t in turn
+        ]
+        for a, b in itertools.pairwise(rim):
+            bar(a, b, 0.018, _RUBBER)
+    crank, seat, head = (CRANK[0], 0.0, CRANK[1]), (-0.20, 0.0, 0.90), (0.36, 0.0, 0.84)
+    rear, front = (_AXLES_M[0], 0.0, _WHEEL_M), (_AXLES_M[1], 0.0, _WHEEL_M)
+    for a, b in (
+        (crank, seat),
+        (crank, head),
+        ((-0.18, 0.0, 0.78), head),
+        (crank, rear),
+        ((-0.18, 0.0, 0.78), rear),
+    ):
+        bar(a, b, 0.017, paint)
+    bar(head, front, 0.016, paint)
+    bar((0.34, -0.26, 1.04), (0.34, 0.26, 1.04), 0.014, _METAL)
+    bar((-0.32, 0.0, 0.92), (-0.10, 0.0, 0.92), 0.035, _RUBBER)
+    bar((-0.66, 0.0, 0.62), (-0.66, 0.0, 0.65), 0.03, _TAIL, _REFLECTOR)
+    return rows
+
+
+@lru_cache(maxsize=64)
+def rider_of(seed: int) -> Person:
+    """Draw a cyclist from a seed: an adult without coat or skirt, on a bicycle of some colour.
+
+    The bicycle is tall as the rider is; parts that show from near by only are left out where there is no room.
+    """
+    person = person_of(ADULT, seed, RIDER_HEIGHT_M, "none")
+    other = seed
+    while any(piece in person.wears for piece in _HEAVY):
+        other += 1
+        person = person_of(ADULT, other, RIDER_HEIGHT_M, "none")
+    build = person.build.copy()
+    build[B_RIDES] = 1.0
+    build[8:11] = build[11:14] = _REACH
+    bicycle = _bicycle(_PAINTS[seed % len(_PAINTS)])
+    body = [row for row in person.body if row[8] > 0]
+    room = MAX_BODY - len(bicycle)
+    body = sorted(body, key=lambda row: float(row[14]))[:room]  # what is always seen first
+    table = np.zeros((MAX_BODY, PART_SIZE))
+    table[: len(bicycle)] = bicycle
+    table[len(bicycle) : len(bicycle) + len(body)] = body
+    return Person(build, table, person.wears)
