@@ -175,14 +175,24 @@ def _lit_row(row, low, high, part, out):
         out[x] = row[x] + low[x] + part * (high[x] - low[x])
 
 
+@kernel
+def _code_row(table, red, green, blue, line):
+    """Look up the codes of a row of converter values; ``line`` is the row's 3 W bytes."""
+    for x in range(red.size):
+        line[3 * x] = table[red[x]]
+        line[3 * x + 1] = table[green[x]]
+        line[3 * x + 2] = table[blue[x]]
+
+
 @njit(cache=True, error_model="numpy")
 def develop(radiance, scale, well_e, read_variance, noise, first, second, table, glow, lit, cell, image):
-    """Turn (3, H, W) radiance into an (H, W, 3) picture: glow, electrons, noise, 12 bits, code table.
+    """Turn (3, H, W) radiance into a picture, (H, 3 W) bytes: glow, electrons, noise, 12 bits, code table.
 
     ``glow`` and ``lit`` as bloom fills them, in cells of ``cell`` pixels, or without rows where there is none.
     """
     channels, height, width = radiance.shape
-    digits, sum_row = np.empty(width, np.int32), np.empty(width, np.float32)
+    digits, sum_row = np.empty((channels, width), np.int32), np.empty(width, np.float32)
+    red, green, blue = digits[0], digits[1], digits[2]
     rows = glow.shape[1]
     for y in range(height):
         at = (y + 0.5) / cell - 0.5
@@ -195,9 +205,7 @@ def develop(radiance, scale, well_e, read_variance, noise, first, second, table,
                 row = sum_row
             if noise:
                 start = np.uint32((c * height + y) * width)
-                _noisy_row(row, scale, well_e, read_variance, start, first, second, digits)
+                _noisy_row(row, scale, well_e, read_variance, start, first, second, digits[c])
             else:
-                _clean_row(row, scale, well_e, digits)
-            line = image[y, :, c]
-            for x in range(width):
-                line[x] = table[digits[x]]
+                _clean_row(row, scale, well_e, digits[c])
+        _code_row(table, red, green, blue, image[y])

@@ -117,7 +117,7 @@ def expose(
     kernels.develop(
         radiance, np.float32(well_e / white), np.float32(well_e),
         np.float32(config.read_noise_e**2), config.noise, np.uint32(key & 0xFFFFFFFF), np.uint32(key >> 32),
-        _SRGB, glow, lit, cell, image,
+        _SRGB, glow, lit, cell, image.reshape(len(image), -1),
     )  # fmt: skip
     share = 1.0 - math.exp(-dt_s / config.adaptation_s) if config.adaptation_s > 0 else 1.0
     following = math.exp(math.log(white) + share * (math.log(metered) - math.log(white)))
