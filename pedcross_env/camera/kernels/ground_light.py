@@ -20,6 +20,7 @@ from pedcross_env.camera.kernels.rows import F0, F1, HALF
 __all__ = ["beam_at", "lamp_at", "lights_row", "shadow_row"]
 
 BEAM_RANGE_M = 90.0
+BEAM_STEP = 0.01  # of the tangent to the side, in the beams' table
 
 
 @kernel
@@ -125,36 +126,85 @@ def beam_at(table, beam, up, x, y, z):
 
 
 @kernel
+def _between_nodes(row, step):
+    """Fill in a row that is known at every ``step``-th pixel and at its last."""
+    n, left = row.shape[0], 0
+    while left < n - 1:
+        right = min(left + step, n - 1)
+        value = row[left]
+        slope = (row[right] - value) / np.float32(right - left)
+        piece = row[left:right]
+        for i in range(piece.shape[0]):
+            piece[i] = value + slope * np.float32(i)
+        left = right
+
+
+@kernel
+def _add_beam(table, beam, strength, up, yn, z, first, across, step, row):
+    """Add one beam's illuminance of the ground at a row's nodes; ``first`` and ``across``: x in camera coordinates, per pixel.
+
+    What a node needs is linear in its x: along the beam's axes, and up, which is the lamp's height anywhere on the ground.
+    """
+    dy, dz = yn * z - beam[1], z - beam[2]
+    n = row.shape[0]
+    forward = (first - beam[0]) * beam[3] + dy * beam[4] + dz * beam[5]
+    left = (first - beam[0]) * beam[6] + dy * beam[7] + dz * beam[8]
+    rise = (first - beam[0]) * beam[9] + dy * beam[10] + dz * beam[11]
+    above = -((first - beam[0]) * up[0] + dy * up[1] + dz * up[2])
+    most = max(forward, forward + across * beam[3] * n)
+    least = min(forward, forward + across * beam[3] * n)
+    if most < 0.05 or least > BEAM_RANGE_M:
+        return
+    i = 0
+    while i < n:
+        x = across * i
+        ahead = forward + x * beam[3]
+        if 0.05 < ahead < BEAM_RANGE_M:
+            inverse = 1.0 / ahead
+            dx = first + x - beam[0]
+            squared = dx * dx + dy * dy + dz * dz
+            candela = beam_candela(table, (left + x * beam[6]) * inverse, (rise + x * beam[9]) * inverse)
+            fade = strength * (1.0 - max(0.0, ahead / BEAM_RANGE_M - 0.7) / 0.3)
+            cosine = max(0.0, above - x * up[0]) / math.sqrt(squared)
+            row[i] += np.float32(fade * candela * cosine / max(squared, 0.25))
+        i = i + step if i == n - 1 or i + step < n else n - 1
+
+
+@kernel
 def lights_row(lamp_map, lamp_frame, table, env, beams, place, z, yn, focal, cx, xs, lamp, beam):
     """Illuminance of one row of ground (depth z) from street lamps and from headlights.
 
-    Both are smooth (the tables' steps are wider), so that every fourth pixel is computed and the rest interpolated.
+    Both are smooth: they are computed at nodes, as far apart as half a step of the lamps' map and two of the beams' table, and
+    interpolated between.
 
     place: World (x0, dx, y0, dy) of the row, linear in the column.
     """
     n = xs.shape[0]
-    up = env[ENV_UP : ENV_UP + 3]
-    own = env[ENV_BEAM_POSITION : ENV_BEAM_POSITION + 12]
-    fade = math.exp(-env[ENV_BETA] * z)
-    lamps_on, beams_on = env[ENV_LAMP] > 0, env[ENV_BEAM] > 0
-    i, last_lamp, last_beam = -4, np.float32(0), np.float32(0)
-    while i < n - 1:
-        j = min(i + 4, n - 1) if i >= 0 else 0
-        x = xs[j]
-        light = 0.0
-        now_lamp = np.float32(0)
-        if lamps_on:
-            now_lamp = np.float32(
+    if n == 0:
+        return
+    if env[ENV_LAMP] > 0:
+        along = math.sqrt(place[1] * place[1] + place[3] * place[3])  # metres per pixel
+        step = min(32, max(4, int(0.5 * lamp_frame[2] / along)))
+        i = 0
+        while i < n:
+            x = xs[i]
+            lamp[i] = np.float32(
                 lamp_at(lamp_map, lamp_frame, place[0] + place[1] * x, place[2] + place[3] * x)
             )
-        if beams_on:
-            xc = (x - cx) / focal * z
-            light = fade * beam_at(table[0], own, up, xc, yn * z, z)
-            for k in range(beams.shape[0]):
-                light += beams[k, 12] * beam_at(table[1], beams[k], up, xc, yn * z, z)
-        now_beam = np.float32(light)
-        for k in range(max(0, i + 1), j + 1):
-            t = np.float32((k - i) / (j - i)) if i >= 0 else F1
-            lamp[k] = last_lamp + (now_lamp - last_lamp) * t
-            beam[k] = last_beam + (now_beam - last_beam) * t
-        i, last_lamp, last_beam = j, now_lamp, now_beam
+            i = i + step if i == n - 1 or i + step < n else n - 1
+        _between_nodes(lamp, step)
+    else:
+        for i in range(n):
+            lamp[i] = F0
+    for i in range(n):
+        beam[i] = F0
+    if env[ENV_BEAM] == 0.0:
+        return
+    up = env[ENV_UP : ENV_UP + 3]
+    own = env[ENV_BEAM_POSITION : ENV_BEAM_POSITION + 12]
+    step = min(32, max(4, int(2.0 * BEAM_STEP * focal)))
+    first, across = (xs[0] - cx) / focal * z, z / focal
+    _add_beam(table[0], own, math.exp(-env[ENV_BETA] * z), up, yn, z, first, across, step, beam)
+    for k in range(beams.shape[0]):
+        _add_beam(table[1], beams[k], beams[k, 12], up, yn, z, first, across, step, beam)
+    _between_nodes(beam, step)
