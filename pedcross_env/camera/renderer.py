@@ -44,6 +44,7 @@ from pedcross_env.camera.scenery import (
     sun_shear,
     tree_shadow_capsules,
 )  # fmt: skip
+from pedcross_env.camera.shade import Shade
 from pedcross_env.camera.snow import snowed
 from pedcross_env.camera.tunnel import Tunnel, cleared
 from pedcross_env.config import CameraConfig
@@ -117,6 +118,7 @@ class Renderer:
         self._tree_shadows = tree_shadow_capsules(self._scenery.tree_shadows, self._light.sun_direction)
         if self._light.sun_lx.sum() <= 0:
             self._tree_shadows = self._tree_shadows[:0]
+        self._shade = Shade(self._scenery, self._light)
         self._grain = grain_integral()
         self._vehicles, self._materials = (
             model_table(),
@@ -189,11 +191,13 @@ class Renderer:
         if owners:
             self._weight.fill(0)
         planes = (out, self._alpha, self._nearest, self._weight, depth, ids)
+        everything, lit = self._with_props(cast, camera)
         draw_scene(
-            *self._with_props(cast, camera),
+            *everything,
             (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
             self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
-            rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], planes, owners, self._buf,
+            rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], planes, owners,
+            (lit, self._shade.groups, self._shade.panels), self._buf,
         )  # fmt: skip
         polygons, info, capsules = self._shadows(cast, snapshot.ego, camera, light)
         shadows, rest = (polygons, info, capsules), (out, self._alpha, self._weight, depth, ids)
@@ -273,7 +277,7 @@ class Renderer:
             self._materials, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame, self._crowns),
             pose.rotation, pose.origin, environment(self._constant, pose, snapshot.ego, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
             self._table, (pose.focal_px, pose.cx - u0, pose.cy - v0), xs, shape, (light, cover, inverse),
-            (out, alpha, nearest, weight, depth, ids), True, self._buf,
+            (out, alpha, nearest, weight, depth, ids), True, (np.ones(1), np.ones(0), np.ones(0)), self._buf,
         )  # fmt: skip
         mask = alpha >= 0.5
         return (mask, u0, v0) if self._lens is None else (mask.reshape(-1)[self._lens.nearest], 0, 0)
@@ -296,10 +300,15 @@ class Renderer:
             *self._mirror,
         )  # fmt: skip
 
-    def _with_props(self, cast: Cast, camera: np.ndarray) -> Cast:
-        """Add roofs and the furniture near by, which shrinks to nothing at the limit rather than pop up."""
+    def _with_props(self, cast: Cast, camera: np.ndarray) -> tuple[Cast, np.ndarray]:
+        """Add roofs and the furniture near by, which shrinks to nothing at the limit rather than pop up.
+
+        Returns:
+            All of them, and the share of each that the sun reaches.
+        """
+        lit = self._shade.on_actors(cast.numbers)
         if self._scenery is None or len(self._scenery.props.numbers) == 0:
-            return cast
+            return cast, lit
         props = self._scenery.props
         away = np.sqrt((props.numbers[:, 0] - camera[0]) ** 2 + (props.numbers[:, 1] - camera[1]) ** 2)
         scale = np.clip((FURNITURE_RANGE_M - away) / FURNITURE_FADE_M, 0.0, 1.0)
@@ -307,15 +316,16 @@ class Renderer:
         seen = scale > 0
         static = props.numbers[seen]
         static[:, 6:9] *= scale[seen, None]
-        return Cast(
+        everything = Cast(
             np.concatenate([cast.numbers, static]), np.concatenate([cast.idents, props.idents[seen]]),
             np.concatenate([cast.looks, props.looks[seen]]), cast.builds, cast.bodies,
         )  # fmt: skip
+        return everything, np.concatenate([lit, self._shade.props[seen]])
 
     def _shadows(
         self, cast: Cast, ego: np.ndarray, camera: np.ndarray, light: Light
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Cast the shadows of actors, the ego and the trees near by."""
+        """Cast the shadows of houses, actors, the ego and the trees near by."""
         own = self._actors.of(ego.reshape(1))
         numbers, kinds, builds = (
             np.concatenate([cast.numbers, own.numbers]),
@@ -323,14 +333,16 @@ class Renderer:
             np.concatenate([cast.builds, own.builds]),
         )
         trees = self._tree_shadows[np.abs(self._tree_shadows[:, 0] - camera[0]) < 90.0]
-        polygons = np.zeros((POLYGONS_PER_ACTOR * len(numbers), MAX_EDGES, 3), np.float32)
-        info = np.zeros((POLYGONS_PER_ACTOR * len(numbers), 8), np.float32)
+        houses = self._shade.near(camera)
+        most = len(houses[0]) + POLYGONS_PER_ACTOR * len(numbers)
+        polygons, info = np.zeros((most, MAX_EDGES, 3), np.float32), np.zeros((most, 8), np.float32)
+        polygons[: len(houses[0])], info[: len(houses[0])] = houses
         capsules = np.zeros((CAPSULES_PER_ACTOR * len(numbers) + len(trees), 9), np.float32)
         capsules[: len(trees)] = trees
         sunny = bool(light.sun_lx[1] > 0)
         shear = sun_shear(light.sun_direction) if sunny else (0.0, 0.0)
         n, m = cast_shadows(
-            numbers, kinds, builds, shear, sunny, polygons, info, capsules, len(trees)
+            numbers, kinds, builds, shear, sunny, polygons, info, len(houses[0]), capsules, len(trees)
         )  # fmt: skip
         return polygons[:n], info[:n], capsules[:m]
 

@@ -57,8 +57,8 @@ _LAMPS: dict[str, Any] = {"street_lamps": True}
 _PRESETS = (
     make_weather(name="clear", cloudiness=0.05),
     make_weather(name="cloudy", cloudiness=0.9, wind_mps=3.0),
-    # The sun low and nearly ahead: long shadows; at 20 degrees to the side the houses hide it from the lens.
-    make_weather(name="sunset", cloudiness=0.1, sun_altitude_deg=6.0, sun_azimuth_deg=20.0),
+    # The sun low behind the car, at 4 degrees to the street: half of it lies in the houses' long shade.
+    make_weather(name="sunset", cloudiness=0.1, sun_altitude_deg=6.0, sun_azimuth_deg=176.0),
     # Straight over the end of the street: glare.
     make_weather(name="low_sun", cloudiness=0.05, sun_altitude_deg=7.0, sun_azimuth_deg=3.0),
     # Out of the dark into the sun; whoever crosses stands in the light, or in front of it.

@@ -10,6 +10,7 @@ from camera_scenes import NIGHT, STREET, pedestrian, snapshot, vehicle
 from scipy import ndimage
 
 from pedcross_env.camera import Renderer, camera_pose, project
+from pedcross_env.camera.shade import Shade
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import ACTOR_DTYPE, Snapshot, StaticClass
 from pedcross_env.scenario.layout import to_street, to_world, turning_path
@@ -23,6 +24,7 @@ CURVED = StreetSpec(
     curve_start_x_m=20.0,
     curve_length_m=70.0,
 )
+OVERCAST = Weather(cloudiness=1.0)  # no shade on the paint
 DRY_NIGHT = replace(NIGHT, wetness=0.0)
 CROSSED = StreetSpec(intersection=Intersection(x_m=60.0), seed=5)
 
@@ -78,7 +80,7 @@ def _white(frame):
 
 
 def test_a_zebra_on_a_curve_lies_where_its_corners_project():
-    camera = camera_on(CURVED)
+    camera = camera_on(CURVED, OVERCAST)
     x, y, yaw = (float(v) for v in to_world(CURVED, 26.0, -1.75))
     scene = ego_at(x, y, yaw)
     frame, pose = camera.render(scene), camera_pose(camera.config, scene.ego)
@@ -144,6 +146,7 @@ def _houses_only(camera):
         scenery.props, **{k: getattr(scenery.props, k)[roofs] for k in ("numbers", "idents", "looks")}
     )
     camera._scenery = replace(scenery, groups=scenery.groups[:0], props=props)
+    camera._shade = Shade(camera._scenery, camera._light)
     return camera
 
 
@@ -173,7 +176,7 @@ def test_houses_along_a_straight_street_change_no_more_than_their_edges_move():
 
 
 def test_stop_lines_and_zebras_are_on_all_four_arms():
-    camera = camera_on(CROSSED)
+    camera = camera_on(CROSSED, OVERCAST)
     crossing = CROSSED.intersection
     for quarter, reach in (
         (0, crossing.kerb_m),
@@ -206,7 +209,7 @@ def test_stop_lines_and_zebras_are_on_all_four_arms():
 
 
 def test_a_building_hides_who_stands_in_the_other_street():
-    camera = camera_on(CROSSED)
+    camera = camera_on(CROSSED, OVERCAST)
     behind = pedestrian(9, 60.0, 30.0)
     assert not (camera.render(ego_at(20.0, -1.75, 0.0, behind)).instance == 9).any()
     assert (camera.render(ego_at(60.0, 5.0, math.pi / 2, behind)).instance == 9).any()

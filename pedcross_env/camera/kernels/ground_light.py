@@ -25,7 +25,46 @@ BEAM_STEP = 0.01  # of the tangent to the side, in the beams' table
 
 @kernel
 def _polygon_shadow(shape, count, xs, x0, dx, y0, dy, foot_x, foot_y, soft, strength, out):
-    """Darken ``out`` (share of light) under a convex polygon on the ground with soft edges."""
+    """Darken ``out`` (share of light) under a convex polygon on the ground with soft edges.
+
+    Along a row the distance to an edge is linear, so that where the row enters and leaves the edges' soft borders is known:
+    pixels between are dark as a whole, and only the borders are computed one by one.
+    """
+    n = xs.shape[0]
+    enters, leaves = xs[0], xs[n - 1]  # of the polygon's outer border, as columns' middles
+    inner, outer = enters, leaves  # and of its inner border
+    for k in range(count):
+        a, b = shape[k, 0], shape[k, 1]
+        half = HALF * (soft + abs(a) * foot_x + abs(b) * foot_y)
+        start, slope = a * x0 + b * y0 + shape[k, 2], a * dx + b * dy
+        if abs(slope) * (xs[n - 1] - xs[0]) < np.float32(1e-6):
+            if start + slope * xs[0] <= -half:
+                return
+            if start + slope * xs[0] < half:
+                inner, outer = xs[n - 1], xs[0]
+        elif slope > F0:
+            enters, inner = max(enters, (-half - start) / slope), max(inner, (half - start) / slope)
+        else:
+            leaves, outer = min(leaves, (-half - start) / slope), min(outer, (half - start) / slope)
+    if enters > leaves:
+        return
+    first, last = int(math.floor(enters - xs[0])), min(n, int(math.ceil(leaves - xs[0])) + 1)
+    full0, full1 = int(math.ceil(inner - xs[0])) + 1, int(math.floor(outer - xs[0]))
+    if full0 >= full1:
+        full0 = full1 = last
+    dark = F1 - strength
+    for i in range(full0, full1):
+        out[i] = min(out[i], dark)
+    _polygon_border(
+        shape, count, xs[first:full0], x0, dx, y0, dy, foot_x, foot_y, soft, strength, out[first:full0]
+    )
+    _polygon_border(
+        shape, count, xs[full1:last], x0, dx, y0, dy, foot_x, foot_y, soft, strength, out[full1:last]
+    )
+
+
+@kernel
+def _polygon_border(shape, count, xs, x0, dx, y0, dy, foot_x, foot_y, soft, strength, out):
     for i in range(xs.shape[0]):
         x, y = x0 + dx * xs[i], y0 + dy * xs[i]
         cover = F1

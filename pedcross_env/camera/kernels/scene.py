@@ -304,6 +304,7 @@ def draw_scene(
     scratch,
     frame,
     owners,
+    sunlit,
     buf,
 ):
     """Draw all objects, front to back.
@@ -332,6 +333,7 @@ def draw_scene(
         scratch: (planes (C, H, W), alpha, inverse depth), zeroed; zeroed again on return.
         frame: (out (C, H, W), alpha, nearest, weight, depth inverse, ids).
         owners: Whether to fill the frame's last three.
+        sunlit: Shares of (N,) actors, (G,) groups and (P,) panels that the sun reaches, see kernels.shade.
         buf: (24, W).
     """
     n, g = actors.shape[0], groups.shape[0]
@@ -375,9 +377,12 @@ def draw_scene(
     )
     ranks = np.empty(n + g, np.int64)
     _sort(keys, ranks, n + g)
+    sun0, sun1, sun2 = env[ENV_SUN], env[ENV_SUN + 1], env[ENV_SUN + 2]
     for k in ranks:
         if keys[k] >= 1e9:
             break
+        share = sunlit[0][k] if k < n else sunlit[1][k - n]
+        env[ENV_SUN], env[ENV_SUN + 1], env[ENV_SUN + 2] = share * sun0, share * sun1, share * sun2
         if k < n:
             if idents[k, 1] == ROOF_KIND:
                 continue
@@ -447,10 +452,13 @@ def draw_scene(
             wall = seen[3][i]
             parts = visible_parts(wall, faced, panels, rotation, camera, optics, seen)
             if parts > 0:
+                share = sunlit[2][wall]
+                env[ENV_SUN], env[ENV_SUN + 1], env[ENV_SUN + 2] = share * sun0, share * sun1, share * sun2
                 draw_panel(
                     panels[wall], (seen[4], seen[5], parts), rotation, camera, env, table, maps[0], maps[1], optics, xs, size, scratch,
                     buf, fronts, spans,
                 )  # fmt: skip
+        env[ENV_SUN], env[ENV_SUN + 1], env[ENV_SUN + 2] = sun0, sun1, sun2
         for i in range(n):
             if idents[i, 1] == ROOF_KIND and keys[i] < 1e9 and (actors[i, 1] > 0) == (side == 1):
                 _draw_vehicle(

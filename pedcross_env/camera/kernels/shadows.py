@@ -128,7 +128,7 @@ def _pedestrian(actor, build, shear, sunny, capsules, at):
 
 
 @njit(cache=True)
-def cast_shadows(actors, kinds, builds, shear, sunny, polygons, info, capsules, capsule_count):
+def cast_shadows(actors, kinds, builds, shear, sunny, polygons, info, count, capsules, capsule_count):
     """Fill the shadow tables that kernels.ground reads; return the numbers of polygons and capsules.
 
     Args:
@@ -137,12 +137,12 @@ def cast_shadows(actors, kinds, builds, shear, sunny, polygons, info, capsules, 
         builds: (N, BUILD_SIZE) as kernels.pose.
         shear: How far a shadow falls per metre of height, along x and y.
         sunny: Whether the sun casts shadows.
-        polygons: (>= 4 N, MAX_EDGES, 3) float64, filled.
-        info: (>= 4 N, 8) x range, y range, edges, softness, strength, target (0 sun, 1 sky).
+        polygons: (>= count + 4 N, MAX_EDGES, 3) float32, filled.
+        info: (>= count + 4 N, 8) x range, y range, edges, softness, strength, target (0 sun, 1 sky).
+        count: How many of ``polygons`` are filled already.
         capsules: (>= 10 N, 9) start, extent, 1 / length^2, radius, softness, strength, target; some may be filled.
         capsule_count: How many of ``capsules`` are filled already.
     """
-    count = 0
     for i in range(actors.shape[0]):
         if kinds[i] == 1:
             count = _vehicle(actors[i], shear, sunny, polygons, info, count)

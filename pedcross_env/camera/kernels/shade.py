@@ -1,0 +1,46 @@
+"""How much of a standing thing the sun reaches over the houses."""
+
+from __future__ import annotations
+
+import math
+
+from pedcross_env.camera.kernels.jit import kernel
+
+__all__ = ["sunlit_shares"]
+
+
+@kernel
+def sunlit_shares(walls, sun, places, shares):
+    """Fill the share of each upright thing that no wall shades; continuous in where it stands.
+
+    A ray towards the sun meets the wall's plane ``away`` metres on, at ``away * sun[2]`` above its start: the wall shades
+    whatever is lower than its top minus that. Beyond a wall's end its shade fades over the thing's own width, so that neighbours
+    leave no seam.
+
+    Args:
+        walls: (W, 5) float64: ends x0, y0, x1, y1, height.
+        sun: (3,) unit vector on the ground towards the sun, tangent of its altitude.
+        places: (N, 5) float64: x, y, foot, top, half width.
+        shares: (N,) float64, filled: 1 in the sun, 0 in the shade.
+    """
+    for i in range(places.shape[0]):
+        x, y, foot, top, half = places[i, 0], places[i, 1], places[i, 2], places[i, 3], places[i, 4]
+        shaded = 0.0
+        for k in range(walls.shape[0]):
+            ex, ey = walls[k, 2] - walls[k, 0], walls[k, 3] - walls[k, 1]
+            dx, dy = walls[k, 0] - x, walls[k, 1] - y
+            turn = ex * sun[1] - ey * sun[0]  # sin of the angle between wall and ray, times the wall's length
+            if turn == 0.0:
+                continue
+            away = (ex * dy - ey * dx) / turn
+            if away <= 0.0 or away * sun[2] > walls[k, 4] - foot:
+                continue
+            length = math.sqrt(ex * ex + ey * ey)
+            along = (sun[0] * dy - sun[1] * dx) / turn * length
+            reach = half * length / abs(turn)  # the thing's width as the wall sees it
+            cover = min(along, length - along) / (2.0 * reach) + 1.0
+            if cover <= 0.0:
+                continue
+            high = (walls[k, 4] - away * sun[2] - foot) / (top - foot)
+            shaded = max(shaded, min(1.0, cover) * min(1.0, high))
+        shares[i] = 1.0 - shaded
