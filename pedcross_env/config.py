@@ -366,12 +366,25 @@ class LabelConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RewardConfig:
-    """Weights of the reward's terms: reward = progress - collision - discomfort, each documented in env."""
+    """Weights of the reward's terms, 0 or more; ``pedcross_env.reward.reward_terms`` says what each one weighs."""
 
     progress_per_m: float = 0.01
+    passed: float = 0.0
     collision: float = 5.0
     collision_per_mps: float = 0.5
+    off_road: float = 5.0
     discomfort_per_mps2: float = 0.002
+    jerk_per_mps3: float = 0.0
+    false_braking_per_mps2: float = 0.0
+    proximity: float = 0.0
+    proximity_s: float = 1.5  # times to contact below it count
+    time_per_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        for item in dataclasses.fields(self):
+            value = getattr(self, item.name)
+            require(0 <= value < math.inf, f"reward.{item.name}", value, "finite, 0 or more")
+        require(self.proximity_s > 0, "reward.proximity_s", self.proximity_s, "positive")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -382,6 +395,11 @@ class EnvConfig:
     # One is drawn per episode; names, or what else pedcross_env.weather.as_weather takes.
     weather: tuple[Any, ...] = ("clear",)
     return_events: bool = False
+    actions: Literal["continuous", "discrete"] = "continuous"
+    # Of discrete actions: shares of the strongest acceleration (below 0 of the strongest braking), and, where the
+    # ego steers, of the largest steering angle; action = index of the first * number of the second + its index.
+    demand_levels: tuple[float, ...] = (-1.0, -0.5, -0.2, 0.0, 0.5)
+    steer_levels: tuple[float, ...] = (-0.2, 0.0, 0.2)
     label_events: bool = False  # add what made each event to info; costs about a full render per sub-frame
     camera: CameraConfig = field(default_factory=CameraConfig)
     rgb: RgbConfig = field(default_factory=RgbConfig)
@@ -396,6 +414,14 @@ class EnvConfig:
         for modality in self.modalities:
             if modality not in MODALITIES:
                 raise unknown_name("modality", modality, MODALITIES)
+        if self.actions not in ("continuous", "discrete"):
+            raise unknown_name("actions", self.actions, ("continuous", "discrete"))
+        for name in ("demand_levels", "steer_levels"):
+            levels = getattr(self, name)
+            require(
+                len(levels) > 0 and all(-1 <= level <= 1 for level in levels),
+                name, levels, "one number or more from -1 to 1",
+            )  # fmt: skip
         require(
             len(set(self.modalities)) == len(self.modalities),
             "modalities",

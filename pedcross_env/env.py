@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import pickle
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import gymnasium
@@ -15,17 +17,31 @@ from pedcross_env.camera.truth import Truth
 from pedcross_env.config import EnvConfig, from_mapping
 from pedcross_env.contracts import Outcome
 from pedcross_env.errors import ConfigError, unknown_name
+from pedcross_env.reward import reward_terms
 from pedcross_env.scenario import Scenario
 from pedcross_env.scenario.sampler import sample_crossing
 from pedcross_env.vision import Sight, Vision
 from pedcross_env.weather import Weather, as_weather
 from pedcross_env.world import World
 
-__all__ = ["CrossingEnv"]
+__all__ = ["CrossingEnv", "EpisodeState"]
 
 View = Literal["driver", "birds_eye"]
 VIEWS: tuple[View, ...] = ("driver", "birds_eye")
 OPTIONS = ("scenario", "weather")
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeState:
+    """A moment of an episode, made by ``CrossingEnv.save_state``; pickle it to keep or to send it.
+
+    Attributes:
+        config: Of the environment.
+        payload: World, weather, sensors and random generator. Load only what you saved yourself: it is a pickle.
+    """
+
+    config: EnvConfig
+    payload: bytes
 
 
 class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
@@ -39,10 +55,11 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
     Action, Box(-1, 1, (1,)): demanded longitudinal acceleration; -1 is the strongest braking, 0 holds the
     speed, +1 the strongest acceleration. Latency, build-up and the road's friction act on it. With
     ``ego.steering`` it is Box(-1, 1, (2,)): the second number is the share of the largest steering angle, to the left
-    positive, and who leaves the carriageway has ended the episode.
+    positive, and who leaves the carriageway has ended the episode. With ``actions="discrete"`` it is Discrete(n) over
+    the config's levels.
 
-    Reward: progress_per_m for each metre driven, minus collision + collision_per_mps * impact speed at a
-    contact, minus discomfort_per_mps2 * |acceleration| (weights in RewardConfig).
+    Reward: a sum of terms, documented in ``pedcross_env.reward`` and weighted by RewardConfig; by default progress
+    minus collision minus discomfort (and leaving the road). ``reward_terms`` has those of the last step.
 
     Terminated by a collision, by passing the finish or by leaving the road; truncated when the scenario's time is over.
     ``info`` has the keys of ``pedcross_env.contracts.INFO_KEYS`` on every step.
@@ -85,7 +102,13 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         self._vision: Vision | None = Vision(config) if config.modalities else None
         self._world: World | None = None
         self.observation_space = _observation_space(config)
-        self.action_space = spaces.Box(-1.0, 1.0, (2 if config.ego.steering else 1,), np.float32)
+        self._sight: Sight | None = None
+        self._closed = False
+        self._actions = _action_table(config)
+        self.action_space: Any = spaces.Box(-1.0, 1.0, (2 if config.ego.steering else 1,), np.float32)
+        if config.actions == "discrete":
+            self.action_space = spaces.Discrete(len(self._actions))
+        self.reward_terms: dict[str, float] = {}
 
     @property
     def world(self) -> World:
@@ -94,9 +117,14 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         Raises:
             ConfigError: Before the first reset.
         """
+        self._check_open()
         if self._world is None:
             raise ConfigError("the environment has no episode yet: call reset() first.")
         return self._world
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise ConfigError("the environment is closed: make a new one.")
 
     @property
     def sight(self) -> Sight | None:
@@ -107,6 +135,7 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """Begin an episode; see the class for seeding and options."""
+        self._check_open()
         super().reset(seed=seed)
         options = options or {}
         for key in options:
@@ -135,26 +164,82 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
             headlights=self.weather.headlights,
         )
         self._seeds = (_seed_of(rain_stream), _seed_of(sensor_stream))
+        self.reward_terms = {}
         self._sight = self._open_eyes(self._vision)
         return self._observation(), self._info()
 
     def step(self, action: np.ndarray) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
         """Drive one policy step (1/30 s by default)."""
-        values = np.clip(np.asarray(action, dtype=np.float64).reshape(-1), -1.0, 1.0)
-        if np.isnan(values).any():
-            raise ConfigError("action is nan; allowed: numbers from -1 (full braking) to 1.")
-        demand, steer = float(values[0]), float(values[1]) if self.config.ego.steering else 0.0
+        demand, steer = self._wanted(action)
         ego = self.config.ego
         demand *= ego.max_acceleration_mps2 if demand > 0 else ego.max_deceleration_mps2
         world = self.world
-        start_s, start_m = world.time_s, world.front_m
+        start_s, start_m, start_mps2 = world.time_s, world.front_m, world.ego.acceleration_mps2
         world.step(demand, steer)
         if self._vision is not None:
             self._sight = self._vision.look(start_s, world.time_s)
-        outcome = world.outcome
-        reward = self._reward(world.front_m - start_m)
+        outcome, info = world.outcome, self._info()
+        self.reward_terms = reward_terms(
+            self.config.reward, world, info, driven_m=world.front_m - start_m,
+            acceleration_before_mps2=start_mps2, step_s=world.time_s - start_s,
+        )  # fmt: skip
+        reward = float(sum(self.reward_terms.values()))
         terminated = outcome in (Outcome.COLLISION, Outcome.PASSED, Outcome.OFF_ROAD)
-        return self._observation(), reward, terminated, outcome is Outcome.TIMEOUT, self._info()
+        return self._observation(), reward, terminated, outcome is Outcome.TIMEOUT, info
+
+    def _wanted(self, action: Any) -> tuple[float, float]:
+        """(demand, steering) as shares, of an action."""
+        if self.config.actions == "discrete":
+            if not self.action_space.contains(action):
+                raise ConfigError(
+                    f"action {action!r} is not allowed: whole numbers from 0 to {len(self._actions) - 1}."
+                )
+            return self._actions[int(action)]
+        values = np.clip(np.asarray(action, dtype=np.float64).reshape(-1), -1.0, 1.0)
+        count = 2 if self.config.ego.steering else 1
+        if len(values) != count:
+            raise ConfigError(f"action {action!r} has {len(values)} numbers; allowed: {count}.")
+        if np.isnan(values).any():
+            raise ConfigError("action is nan; allowed: numbers from -1 (full braking) to 1.")
+        return float(values[0]), float(values[1]) if count == 2 else 0.0
+
+    def save_state(self) -> EpisodeState:
+        """Keep this moment; it costs about a millisecond and the size of what the sensors remember.
+
+        Raises:
+            ConfigError: Before the first reset.
+        """
+        memory = None if self._vision is None else self._vision.memory
+        kept = (self.world, self.weather, self._episode_seed, self._seeds, self.np_random, memory, self._sight,
+                self.reward_terms)  # fmt: skip
+        return EpisodeState(self.config, pickle.dumps(kept, protocol=pickle.HIGHEST_PROTOCOL))
+
+    def load_state(self, state: EpisodeState) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Go back, or over, to a moment that was kept: what follows is the same, bit for bit.
+
+        Args:
+            state: From this or another environment of the same config, in any process; it can be loaded again.
+
+        Returns:
+            Observation and info of that moment.
+
+        Raises:
+            ConfigError: For a state of another config.
+        """
+        self._check_open()
+        if state.config != self.config:
+            raise ConfigError("the state is of an environment of another config: make one with state.config.")
+        world, weather, seed, seeds, generator, memory, sight, terms = pickle.loads(state.payload)
+        self._world, self.weather, self._episode_seed, self._seeds = world, weather, seed, seeds
+        self.np_random, self._sight, self.reward_terms = generator, sight, terms
+        if self._vision is not None:
+            self._vision.resume(world, weather, weather_seed=seeds[0], memory=memory)
+        return self._observation(), self._info()
+
+    def close(self) -> None:
+        """Let go of the episode and of the camera's memory; no process, thread, window or file is held besides."""
+        self._world, self._sight, self._vision, self._closed = None, None, None, True
+        super().close()
 
     def render(self) -> np.ndarray | None:
         """Return the view chosen at construction, (H, W, 3) uint8, or None without a render mode."""
@@ -214,14 +299,6 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         drawn = self._weathers[int(rng.integers(len(self._weathers)))]
         return drawn if asked is None else as_weather(asked)  # type: ignore[arg-type]
 
-    def _reward(self, driven_m: float) -> float:
-        weights, world = self.config.reward, self.world
-        reward = weights.progress_per_m * driven_m
-        reward -= weights.discomfort_per_mps2 * abs(world.ego.acceleration_mps2)
-        if world.outcome is Outcome.COLLISION:
-            reward -= weights.collision + weights.collision_per_mps * world.impact_speed_mps
-        return float(reward)
-
     def _observation(self) -> dict[str, np.ndarray]:
         ego = self.world.ego
         observation = {"ego": np.array([ego.speed_mps, ego.acceleration_mps2, ego.brake], np.float32)}
@@ -262,6 +339,12 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
 
 def _seed_of(stream: np.random.SeedSequence) -> int:
     return int(stream.generate_state(1, np.uint32)[0])
+
+
+def _action_table(config: EnvConfig) -> list[tuple[float, float]]:
+    """(demand, steering) of each discrete action."""
+    steers = config.steer_levels if config.ego.steering else (0.0,)
+    return [(float(demand), float(steer)) for demand in config.demand_levels for steer in steers]
 
 
 def _observation_space(config: EnvConfig) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -62,20 +62,29 @@ class _Trace:
 
 
 class EventVision:
-    """The event camera of an episode; begins at time 0 with no events.
+    """The event camera of an episode; begins at time 0 with no events, or where another one left off.
 
     Args:
         config: The environment's.
         view: What it looks at.
         seed: Of the sensor.
+        memory: Of another one, which it continues; None: it begins.
     """
 
-    def __init__(self, config: EnvConfig, view: View, seed: int) -> None:
+    def __init__(self, config: EnvConfig, view: View, seed: int, memory: Any = None) -> None:
         self._config, self._view = config, view
+        if memory is not None:
+            self._state, self._trace = memory
+            return
         first = view.world.snapshot(0.0)
         log_frame, bare = self._log_luminance(first, 1.0 / config.world.policy_hz, None)
         self._state = dvs.initial_state(log_frame, 0, config.dvs, seed)
         self._trace = self._traced(first, bare, log_frame) if config.label_events else None
+
+    @property
+    def memory(self) -> Any:
+        """All that the next look depends on, besides what is seen."""
+        return self._state, self._trace
 
     def nothing(self) -> Sensed:
         """What there is before the first step."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -83,6 +84,22 @@ class Vision:
         self._events = EventVision(config, self._view, sensor_seed) if "dvs" in config.modalities else None
         sensed = self._events.nothing() if self._events is not None else None
         return Sight(self._expose(frame, 0.0), sensed, frame)
+
+    @property
+    def memory(self) -> Any:
+        """All that the next look depends on, besides world and weather."""
+        events = None if self._events is None else self._events.memory
+        return self._sensor_seed, self._frame_index, self._depth, self._rgb_state, events
+
+    def resume(self, world: World, weather: Weather, *, weather_seed: int, memory: Any) -> None:
+        """Go on where another vision of the same config left off."""
+        config = self._config
+        self._world = world
+        self._view = View(config.camera, self._renderer, world, weather, weather_seed)
+        self._sensor_seed, self._frame_index, self._depth, self._rgb_state, events = memory
+        self._events = None
+        if events is not None:
+            self._events = EventVision(config, self._view, self._sensor_seed, events)
 
     def render(self, snapshot: Snapshot) -> Frame:
         """Render everything (radiance, depth, ids) at a moment within the last policy step, rain included.
