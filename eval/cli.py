@@ -272,6 +272,19 @@ def _warmup(arguments: list[str], console: Console) -> None:
     _say(console, f"ready after {time.perf_counter() - begin_s:.1f} s")
 
 
+def _scenarios(arguments: list[str], console: Console) -> None:
+    from eval.progress import bar
+    from eval.scenario_statistics import PERCENTILES, ScenariosConfig, run_scenarios
+
+    config = _parse(ScenariosConfig, arguments, "scenarios")
+    with bar("driving", console) as progress:
+        rows, figure = run_scenarios(config, progress)
+    kept = 4 if config.jaad is not None else 3
+    head = ("", "ours", "JAAD, all", "JAAD, here")[:kept]
+    _table(console, head, [row[:kept] for row in rows])
+    _say(console, f"three numbers: percentiles {', '.join(map(str, PERCENTILES))}; figure: {figure}")
+
+
 def _weathers(arguments: list[str], console: Console) -> None:
     _no_options(arguments, "weathers")
     from pedcross_env.weather import BAD_WEATHERS, weather_by_name, weather_names
@@ -324,6 +337,7 @@ COMMANDS: dict[str, tuple[str, Callable[[list[str], Any], None]]] = {
         "what resizing does to event frames: the paper's appendix, drawn and counted",
         _decimation,
     ),
+    "scenarios": ("measure random crossings, beside JAAD's: onsets, box heights, shares", _scenarios),
     "weathers": ("list the weathers", _weathers),
     "warmup": ("compile the kernels now instead of at the first use", _warmup),
 }

@@ -97,7 +97,18 @@ def test_help_imports_nothing_heavy():
 
 @pytest.mark.parametrize(
     "command",
-    ["generate", "benchmark", "evaluate", "report", "demo", "weathers", "play", "decimation", "events"],
+    [
+        "generate",
+        "benchmark",
+        "evaluate",
+        "report",
+        "demo",
+        "weathers",
+        "play",
+        "decimation",
+        "events",
+        "scenarios",
+    ],
 )
 def test_each_command_explains_its_options(capsys, command):
     with pytest.raises(SystemExit) as stop:
