@@ -227,8 +227,8 @@ def _ground_row(
             ends = (x0 + dx * a, x0 + dx * b)
             shadow_row(
                 polygons, polygon_info, capsules, np.float32(min(ends) - foot_x), np.float32(max(ends) + foot_x), xs[:n],
-                np.float32(x0 + dx * a), np.float32(dx), np.float32(y0 + dy * a), np.float32(dy), np.float32(foot_x),
-                np.float32(abs(dy)), buf[SUN, :n], buf[SKY, :n],
+                np.float32(x0 + dx * a), np.float32(dx), np.float32(y0 + dy * a), np.float32(dy),
+                (np.float32(camera[0]), np.float32(camera[1])), np.float32(foot_x), np.float32(abs(dy)), buf[SUN, :n], buf[SKY, :n],
             )  # fmt: skip
             if lights_on:
                 place = (x0, dx, y0, dy)

@@ -24,7 +24,18 @@ BEAM_STEP = 0.01  # of the tangent to the side, in the beams' table
 
 
 @kernel
-def _polygon_shadow(shape, count, xs, x0, dx, y0, dy, foot_x, foot_y, soft, strength, out):
+def _edge_width(edge, x, y, eye, foot_x, foot_y, soft):
+    """How wide a straight edge looks from a pixel at (x, y): the spread of its footprint and of the penumbra.
+
+    The footprint reaches ``foot_x`` along the line of sight, not along x: an edge that runs towards the eye stays sharp.
+    """
+    slant = (y - eye[1]) / max(np.float32(0.1), x - eye[0])
+    ahead, beside = (edge[0] + edge[1] * slant) * foot_x, edge[1] * foot_y
+    return np.sqrt(ahead * ahead + beside * beside + soft * soft)
+
+
+@kernel
+def _polygon_shadow(shape, count, xs, x0, dx, y0, dy, eye, foot_x, foot_y, soft, strength, out):
     """Darken ``out`` (share of light) under a convex polygon on the ground with soft edges.
 
     Along a row the distance to an edge is linear, so that where the row enters and leaves the edges' soft borders is known:
@@ -35,14 +46,18 @@ def _polygon_shadow(shape, count, xs, x0, dx, y0, dy, foot_x, foot_y, soft, stre
     inner, outer = enters, leaves  # and of its inner border
     for k in range(count):
         a, b = shape[k, 0], shape[k, 1]
-        half = HALF * (soft + abs(a) * foot_x + abs(b) * foot_y)
         start, slope = a * x0 + b * y0 + shape[k, 2], a * dx + b * dy
         if abs(slope) * (xs[n - 1] - xs[0]) < np.float32(1e-6):
-            if start + slope * xs[0] <= -half:
+            start += slope * xs[0]
+            half = HALF * _edge_width(shape[k], x0, y0, eye, foot_x, foot_y, soft)
+            if start <= -half:
                 return
-            if start + slope * xs[0] < half:
+            if start < half:
                 inner, outer = xs[n - 1], xs[0]
-        elif slope > F0:
+            continue
+        at = min(xs[n - 1], max(xs[0], -start / slope))
+        half = HALF * _edge_width(shape[k], x0 + dx * at, y0 + dy * at, eye, foot_x, foot_y, soft)
+        if slope > F0:
             enters, inner = max(enters, (-half - start) / slope), max(inner, (half - start) / slope)
         else:
             leaves, outer = min(leaves, (-half - start) / slope), min(outer, (half - start) / slope)
@@ -55,24 +70,23 @@ def _polygon_shadow(shape, count, xs, x0, dx, y0, dy, foot_x, foot_y, soft, stre
     dark = F1 - strength
     for i in range(full0, full1):
         out[i] = min(out[i], dark)
-    _polygon_border(
-        shape, count, xs[first:full0], x0, dx, y0, dy, foot_x, foot_y, soft, strength, out[first:full0]
-    )
-    _polygon_border(
-        shape, count, xs[full1:last], x0, dx, y0, dy, foot_x, foot_y, soft, strength, out[full1:last]
-    )
+    for part in range(2):
+        i0, i1 = (first, full0) if part == 0 else (full1, last)
+        _polygon_border(
+            shape, count, xs[i0:i1], x0, dx, y0, dy, eye, foot_x, foot_y, soft, strength, out[i0:i1]
+        )
 
 
 @kernel
-def _polygon_border(shape, count, xs, x0, dx, y0, dy, foot_x, foot_y, soft, strength, out):
+def _polygon_border(shape, count, xs, x0, dx, y0, dy, eye, foot_x, foot_y, soft, strength, out):
     for i in range(xs.shape[0]):
         x, y = x0 + dx * xs[i], y0 + dy * xs[i]
         cover = F1
         for k in range(count):
-            a, b = shape[k, 0], shape[k, 1]
-            width = soft + abs(a) * foot_x + abs(b) * foot_y
-            cover = min(cover, max(F0, min(F1, (a * x + b * y + shape[k, 2]) / width + HALF)))
-        out[i] = min(out[i], F1 - strength * cover * cover * (np.float32(3.0) - np.float32(2.0) * cover))
+            width = _edge_width(shape[k], x, y, eye, foot_x, foot_y, soft)
+            away = shape[k, 0] * x + shape[k, 1] * y + shape[k, 2]
+            cover = min(cover, max(F0, min(F1, away / width + HALF)))
+        out[i] = min(out[i], F1 - strength * cover)
 
 
 @kernel
@@ -94,7 +108,7 @@ def _capsule_shadow(shape, xs, x0, dx, y0, dy, foot_x, foot_y, strength, out):
 
 @kernel
 def shadow_row(
-    polygons, polygon_info, capsules, row_x0, row_x1, xs, x0, dx, y0, dy, foot_x, foot_y, sun, sky
+    polygons, polygon_info, capsules, row_x0, row_x1, xs, x0, dx, y0, dy, eye, foot_x, foot_y, sun, sky
 ):
     """Apply all shadows that reach this row to the shares of sunlight and skylight."""
     inv = F1 / dy
@@ -117,6 +131,7 @@ def shadow_row(
                 dx,
                 y0,
                 dy,
+                eye,
                 foot_x,
                 foot_y,
                 info[5],
