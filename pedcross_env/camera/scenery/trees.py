@@ -79,8 +79,9 @@ def _trunk(
     lean = rng.normal(0, 0.06, 2)
     tx, ty = x + lean[0], y + lean[1]
     parts = [
-        [x, y, base, x, y, base + 0.25, 1.5 * radius, 1.05 * radius, *bark, 0.0],
-        [x, y, base + 0.2, tx, ty, base + fork, 1.05 * radius, 0.75 * radius, *bark, 0.0],
+        # capsules end in spheres, which would hang into the ground: the lowest one just touches it
+        [x, y, base + 1.1 * radius, x, y, base + 0.6, 1.22 * radius, radius, *bark, 0.0],
+        [x, y, base + 0.55, tx, ty, base + fork, radius, 0.75 * radius, *bark, 0.0],
     ]
     turn = rng.uniform(0, 2 * math.pi)
     for k in range(3 if limbs > 0 else 0):
