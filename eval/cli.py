@@ -272,19 +272,6 @@ def _warmup(arguments: list[str], console: Console) -> None:
     _say(console, f"ready after {time.perf_counter() - begin_s:.1f} s")
 
 
-def _scenarios(arguments: list[str], console: Console) -> None:
-    from eval.progress import bar
-    from eval.scenario_statistics import PERCENTILES, ScenariosConfig, run_scenarios
-
-    config = _parse(ScenariosConfig, arguments, "scenarios")
-    with bar("driving", console) as progress:
-        rows, figure = run_scenarios(config, progress)
-    kept = 4 if config.jaad is not None else 3
-    head = ("", "ours", "JAAD, all", "JAAD, here")[:kept]
-    _table(console, head, [row[:kept] for row in rows])
-    _say(console, f"three numbers: percentiles {', '.join(map(str, PERCENTILES))}; figure: {figure}")
-
-
 def _weathers(arguments: list[str], console: Console) -> None:
     _no_options(arguments, "weathers")
     from pedcross_env.weather import BAD_WEATHERS, weather_by_name, weather_names
@@ -297,6 +284,20 @@ def _weathers(arguments: list[str], console: Console) -> None:
         sun = f"{weather.sun_altitude_deg:.0f}"
         rows.append((name, visibility, f"{weather.rain_mm_h:g}", sun, f"{weather.friction:.2f}", group))
     _table(console, ("weather", "visibility m", "rain mm/h", "sun deg", "friction", "group"), rows)
+
+
+def _suites(arguments: list[str], console: Console) -> None:
+    from eval.suite_listing import print_suite, print_suites
+
+    if arguments in (["-h"], ["--help"]):
+        print(f"usage: pedcross suites [SUITE]\n\n{COMMANDS['suites'][0]}")
+        raise SystemExit(0)
+    if len(arguments) > 1:
+        raise ConfigError(f"'pedcross suites' takes the name of one suite, but {arguments!r} were given.")
+    if arguments:
+        print_suite(arguments[0], console)
+    else:
+        print_suites(console)
 
 
 def _no_options(arguments: list[str], command: str) -> None:
@@ -337,7 +338,7 @@ COMMANDS: dict[str, tuple[str, Callable[[list[str], Any], None]]] = {
         "what resizing does to event frames: the paper's appendix, drawn and counted",
         _decimation,
     ),
-    "scenarios": ("measure random crossings, beside JAAD's: onsets, box heights, shares", _scenarios),
+    "suites": ("list the suites of protocols, or with a name the cells of one", _suites),
     "weathers": ("list the weathers", _weathers),
     "warmup": ("compile the kernels now instead of at the first use", _warmup),
 }

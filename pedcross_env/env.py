@@ -14,7 +14,7 @@ from gymnasium import spaces
 
 from pedcross_env.birds_eye import draw_birds_eye
 from pedcross_env.camera.truth import Truth
-from pedcross_env.config import EnvConfig, from_mapping
+from pedcross_env.config import EgoConfig, EnvConfig, from_mapping
 from pedcross_env.contracts import Outcome
 from pedcross_env.errors import ConfigError, unknown_name
 from pedcross_env.reward import reward_terms
@@ -28,7 +28,6 @@ __all__ = ["CrossingEnv", "EpisodeState"]
 
 View = Literal["driver", "birds_eye"]
 VIEWS: tuple[View, ...] = ("driver", "birds_eye")
-OPTIONS = ("scenario", "weather")
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +79,7 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         ConfigError: For an unknown key, name or option, or a value out of range; names the nearest.
     """
 
+    OPTIONS: tuple[str, ...] = ("scenario", "weather")
     metadata = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012 - Gymnasium's interface
 
     def __init__(
@@ -139,24 +139,25 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
         super().reset(seed=seed)
         options = options or {}
         for key in options:
-            if key not in OPTIONS:
-                raise unknown_name("reset option", key, OPTIONS)
+            if key not in self.OPTIONS:
+                raise unknown_name("reset option", key, self.OPTIONS)
         self._episode_seed = int(self.np_random.integers(2**31)) if seed is None else int(seed)
         # One child per stream: what one of them draws never shifts another.
         weather_stream, rain_stream, sensor_stream = np.random.SeedSequence(
             self._episode_seed, spawn_key=(7,)
         ).spawn(3)
+        self._begin(options)
         self.weather = self._choose_weather(options.get("weather"), np.random.default_rng(weather_stream))
         scenario = options.get("scenario")
         if scenario is None:
-            scenario = sample_crossing(self._episode_seed, self.config.traffic, self.config.ego)
+            scenario = self._draw_scenario()
         elif not isinstance(scenario, Scenario):
             raise ConfigError(
                 f"reset option 'scenario' is a {type(scenario).__name__}; allowed: a pedcross_env.scenario.Scenario."
             )
         self._world = World(
             scenario,
-            ego=self.config.ego,
+            ego=self._episode_ego(),
             world=self.config.world,
             label=self.config.label,
             friction=self.weather.friction,
@@ -294,6 +295,17 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
             return None
         rain_seed, sensor_seed = self._seeds
         return vision.reset(self.world, self.weather, weather_seed=rain_seed, sensor_seed=sensor_seed)
+
+    def _begin(self, options: Mapping[str, Any]) -> None:
+        """Hook of subclasses: an episode begins, ``_episode_seed`` is known."""
+
+    def _draw_scenario(self) -> Scenario:
+        """Hook of subclasses: the scenario of ``_episode_seed``."""
+        return sample_crossing(self._episode_seed, self.config.traffic, self.config.ego)
+
+    def _episode_ego(self) -> EgoConfig:
+        """Hook of subclasses: the ego of the episode; its size is the config's."""
+        return self.config.ego
 
     def _choose_weather(self, asked: object, rng: np.random.Generator) -> Weather:
         drawn = self._weathers[int(rng.integers(len(self._weathers)))]

@@ -5,6 +5,7 @@ import pytest
 
 from eval import cli
 from pedcross_env.errors import DataError
+from pedcross_env.scenario.suites import SUITES, suite
 
 
 @pytest.mark.parametrize(
@@ -104,10 +105,10 @@ def test_help_imports_nothing_heavy():
         "report",
         "demo",
         "weathers",
+        "suites",
         "play",
         "decimation",
         "events",
-        "scenarios",
     ],
 )
 def test_each_command_explains_its_options(capsys, command):
@@ -121,3 +122,18 @@ def test_weathers_lists_the_bad_ones(capsys):
     assert cli.main(["weathers"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines if line.rstrip().endswith(" bad")] == ["rain", "storm", "fog"]
+
+
+def test_suites_are_listed_with_where_they_come_from(capsys):
+    assert cli.main(["suites"]) == 0
+    printed = capsys.readouterr().out
+    assert all(name in printed for name in SUITES)
+    assert cli.main(["suites", "fmvss-127"]) == 0
+    printed = capsys.readouterr().out
+    assert "49 CFR 571.127" in printed
+    assert "[memory]" in printed
+    assert "steel trench plate is missing" in printed
+    for cell in suite("fmvss-127").cells:
+        assert cell.id in printed
+    assert cli.main(["suites", "fmvs"]) == 2
+    assert "'fmvss-127'" in capsys.readouterr().err
