@@ -26,6 +26,7 @@ def constant_environment(light: Light, weather: Weather) -> np.ndarray:
     ):  # fmt: skip
         env[offset : offset + 3] = value
     env[at.ENV_BETA], env[at.ENV_WET] = weather.extinction_per_m, weather.wetness
+    env[at.ENV_SNOW] = weather.snow_cover
     return env
 
 

@@ -45,8 +45,9 @@ from pedcross_env.camera.scenery import (
     tree_shadow_capsules,
 )  # fmt: skip
 from pedcross_env.camera.shade import Shade
+from pedcross_env.camera.sky import Sky
 from pedcross_env.camera.snow import snowed
-from pedcross_env.camera.tunnel import Tunnel, cleared
+from pedcross_env.camera.tunnel import Tunnel, cleared, require_straight
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import Frame, Snapshot, StaticClass
 from pedcross_env.errors import ConfigError
@@ -85,7 +86,7 @@ class Renderer:
             np.zeros(3), np.zeros(513, np.float32), np.zeros(18, np.float32), np.zeros(4, np.int64), np.zeros((4, 3), np.float32),
         )  # fmt: skip
         self._nobody = (np.zeros((1, 1), np.float32), np.zeros((1, 1), np.int32))
-        self._glare = Glare(w, h)
+        self._glare, self._sky = Glare(w, h), Sky(self._view)
         self._tables = _beam_tables()
         self._table = self._tables[0]
         self._vehicles, self._materials = model_table(), material_table()
@@ -105,13 +106,15 @@ class Renderer:
         """
         self._scenery = scenery_for(street)
         self._tunnel = None
-        if weather.tunnel_exit_m > -math.inf and street.straight:
+        if weather.tunnel_exit_m > -math.inf:
+            require_straight(street)
             self._tunnel = Tunnel(street, weather.tunnel_exit_m)
             self._scenery = cleared(self._scenery, weather.tunnel_exit_m)
         turned = abs(self.config.yaw_deg) > MOST_YAW_DEG or self.config.roll_deg != 0
         free = free_heading or turned or not street.straight
         self._free = ground_tables(street, weather.snow_cover) if free else None
         self._light = light_of(weather)
+        self._sky.load(weather, street.seed)
         self._weather, self._street = weather, street
         self._constant = constant_environment(self._light, weather)
         self._actors = ActorTables(weather.rain_mm_h > 0)
@@ -211,6 +214,7 @@ class Renderer:
                 rotation, camera, env, street, (scenery.along, self._stripes, self._grain), self._bands, shadows, lights, optics,
                 self._xs, shape, rest, owners, self._ground_work, self._buf,
             )  # fmt: skip
+        self._sky.add_clouds(out, self._alpha, pose, env, light)
         self._mirror_in_road(pose, out, depth, ids, light)
         luminance = out[0].copy() if luminance_only else np.empty(shape, np.float32)
         if owners:

@@ -11,14 +11,28 @@ from pedcross_env.camera.light import LUMA, Light
 from pedcross_env.camera.pinhole import CameraPose
 from pedcross_env.camera.scenery import Scenery
 from pedcross_env.contracts import StaticClass
+from pedcross_env.errors import ConfigError
 from pedcross_env.scenario.street import StreetSpec
 
-__all__ = ["TUNNEL_LX", "Tunnel", "cleared"]
+__all__ = ["TUNNEL_LX", "Tunnel", "cleared", "require_straight"]
 
 TUNNEL_LX = 75.0  # of the lamps: some 2 to 6 cd/m2 on the road, an interior zone of CIE 88:2004
 HEIGHT_M = 5.2
 WALL_ALBEDO, CEILING_ALBEDO = 0.45, 0.2
 INSET_M = 0.3  # from the house fronts, which the walls hide
+
+
+def require_straight(street: StreetSpec) -> None:
+    """Refuse a tunnel around a street that bends or crosses another.
+
+    Raises:
+        ConfigError: Names the remedy.
+    """
+    if not street.straight:
+        raise ConfigError(
+            "weather.tunnel_exit_m is set and the street bends or crosses another: tunnels are straight; "
+            "take a straight street, or weather.tunnel_exit_m = -inf (a weather without a tunnel)."
+        )
 
 
 def cleared(scenery: Scenery, exit_m: float) -> Scenery:

@@ -20,6 +20,10 @@ _SWAY_LEAST, _SWAY_MORE = 3.0, 4.0  # rad/s at which flakes sway
 TURN = 2.0 * math.pi
 LENSES = ("pinhole", "brown", "fisheye")  # by their number in ``bend``
 _PLACE, _PER_PLACE = np.uint64((1 << 21) - 1), 2.0**-21
+_ROUND_PX, _SOFT = (
+    1.5,
+    0.45,
+)  # width from which a drop is drawn round, and how soft its edge gets per pixel of width
 _EDGE_PX = 0.5  # half a pixel: edges are blurred by the pixel's own width
 
 
@@ -95,6 +99,23 @@ def _streak(
     slant = along_x / along_y if steep else 0.0
     half_row = half_across / abs(along_y) if steep else side
     colour, hidden = radiance.shape[0] > 0, depth.shape[0] > 0
+    # Wide ones are round and soft, of the square's area: flakes are fluff, and what is near is out of focus.
+    wide = width_px > _ROUND_PX
+    straight, round_half, ramp = 0.5 * length, 0.5 * width_px, 1.0
+    if wide:
+        ramp = 1.0 + _SOFT * (width_px - _ROUND_PX)
+        shape = (width_px + length) / (length + 0.25 * math.pi * width_px)
+        round_half *= math.sqrt(4.0 / math.pi) if length < width_px else 1.0
+        opacity *= 1.0 if length < width_px else shape
+        half_across += 0.5 * ramp + round_half
+        half_along += 0.5 * ramp + round_half
+        reach = half_along * abs(along_y) + half_across * abs(along_x)
+        side = half_along * abs(along_x) + half_across * abs(along_y)
+        half_row = half_across / abs(along_y) if steep else side
+        first_row, last_row = (
+            max(0, math.floor(middle_y - reach)),
+            min(rows - 1, math.floor(middle_y + reach)),
+        )
     hit = False
     for row in range(first_row, last_row + 1):
         dy = row + 0.5 - middle_y
@@ -106,8 +127,15 @@ def _streak(
             if hidden and depth[row, column] < z:
                 continue
             dx = column + 0.5 - middle_x
-            across = min(most_across, half_across - abs(dx * along_y - dy * along_x))
-            along = min(most_along, half_along - abs(dx * along_x + dy * along_y))
+            if wide:
+                beyond = max(0.0, abs(dx * along_x + dy * along_y) - straight)
+                away = math.hypot(beyond, dx * along_y - dy * along_x)
+                cover = min(1.0, max(0.0, (round_half - away) / ramp + 0.5))
+                cover *= cover * (3.0 - 2.0 * cover)
+                across, along = cover, 1.0
+            else:
+                across = min(most_across, half_across - abs(dx * along_y - dy * along_x))
+                along = min(most_along, half_along - abs(dx * along_x + dy * along_y))
             if across <= 0 or along <= 0:
                 continue
             share = np.float32(opacity * across * along)

@@ -21,6 +21,7 @@ _PERCENTS = (
 _CLEAREST_M = 20_000.0  # visibility of clean air with a trace of haze
 _THICKEST_M = 100.0  # at 100 % of fog density; CARLA's rainy nights, which have it, must stay drivable
 _FOG_START_M = 50.0  # a fog that begins this far away counts 1/e: pedestrians matter nearer than that
+_CLEAN_MIE = 0.03  # that every preset of CARLA's has
 _FULL_RAIN_MM_H = 50.0  # upper end of "heavy"
 _FULL_FILM_MM = 2.0
 _DAMP_FILM_MM = 0.1  # what 100 % wetness without deposits is worth
@@ -31,8 +32,9 @@ _FULL_WIND_MPS = 20.0
 class CarlaWeather:
     """CARLA's WeatherParameters (0.9.16), 0 to 100 each but the sun's angles in degrees and fog's distance.
 
-    The three scattering parameters only tint CARLA's sky and have no counterpart here; they are left out,
-    so that setting one is an error instead of being ignored.
+    All fourteen are taken, so that a whole record of CARLA's can be given. Two have no counterpart here and change
+    nothing: ``scattering_intensity`` scales the light in CARLA's volumetric fog, which ours has by its physics, and
+    ``rayleigh_scattering_scale`` the colour of its sky, which ours takes from the sun's altitude.
     """
 
     cloudiness: float = 0.0
@@ -45,6 +47,9 @@ class CarlaWeather:
     fog_distance: float = 0.0  # where the fog begins, m
     fog_falloff: float = 0.0  # how fast it thins with height; at the height of a car it changes nothing
     wetness: float = 0.0
+    scattering_intensity: float = 1.0
+    mie_scattering_scale: float = 0.03  # light scattered by pollen and dirt in the air: haze
+    rayleigh_scattering_scale: float = 0.0331
     dust_storm: float = 0.0
 
     def __post_init__(self) -> None:
@@ -55,7 +60,8 @@ class CarlaWeather:
             require(0 <= getattr(self, name) <= 100, f"CarlaWeather.{name}", getattr(self, name), "0 to 100")
         altitude = self.sun_altitude_angle
         require(-90 <= altitude <= 90, "CarlaWeather.sun_altitude_angle", altitude, "-90 to 90")
-        for name in ("fog_distance", "fog_falloff"):
+        scales = ("scattering_intensity", "mie_scattering_scale", "rayleigh_scattering_scale")
+        for name in ("fog_distance", "fog_falloff", *scales):
             require(getattr(self, name) >= 0, f"CarlaWeather.{name}", getattr(self, name), "0 or more")
 
 
@@ -73,15 +79,16 @@ def to_physical(carla: CarlaWeather, name: str = "carla") -> Weather:
     Water film: the larger of 2 (deposits/100)^2 mm and what the rain keeps on the road, plus 0.1 mm at
     full wetness; wetness and friction follow from it. Wind: 20 m/s at 100 %. Fog: visibility from 20 km
     down to 100 m, geometrically in the density, its extinction times exp(-distance / 50 m); dust likewise,
-    added. CARLA's y axis points right, ours left: the sun's azimuth changes sign. Street lamps burn when
-    the sun is 6 degrees below the horizon; headlights then too, in rain above 2.5 mm/h and below 500 m of
-    visibility.
+    added; Mie scattering beyond that of CARLA's clean air, 0.03, adds the haze of 20 km each time over. CARLA's
+    y axis points right, ours left: the sun's azimuth changes sign. Street lamps burn when the sun is 6 degrees
+    below the horizon; headlights then too, in rain above 2.5 mm/h and below 500 m of visibility.
     """
     rain_mm_h = _FULL_RAIN_MM_H * (carla.precipitation / 100) ** 3
     standing_mm = _FULL_FILM_MM * (carla.precipitation_deposits / 100) ** 2
     film_mm = max(standing_mm, rain_film_mm(rain_mm_h)) + _DAMP_FILM_MM * carla.wetness / 100
     fog_per_m = _haze_per_m(carla.fog_density) * math.exp(-carla.fog_distance / _FOG_START_M)
-    haze_per_m = fog_per_m + _haze_per_m(carla.dust_storm)
+    dirt = max(0.0, carla.mie_scattering_scale / _CLEAN_MIE - 1.0)
+    haze_per_m = fog_per_m + _haze_per_m(carla.dust_storm) + dirt * 3.0 / _CLEAREST_M
     visibility_m = 3.0 / haze_per_m if haze_per_m > 0 else math.inf
     night = carla.sun_altitude_angle < -6
     return Weather(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pedcross_env.camera.lens import undistort
 from pedcross_env.camera.pinhole import camera_pose, project
 from pedcross_env.config import CameraConfig
+from pedcross_env.optics import undistort
 
 __all__ = ["CameraView"]
 

@@ -236,8 +236,10 @@ def test_a_flash_adds_its_light_to_sky_and_ground_alike():
     camera = renderer(NIGHT)
     dark, lit = camera.render(snapshot()), camera.render(snapshot(), flash_lx=1000.0)
     sky = dark.instance == StaticClass.SKY
-    whole = np.median((lit.luminance - dark.luminance)[sky])  # some pixels hold a twig besides
-    assert whole == pytest.approx(1000.0 / math.pi, rel=0.01)
+    whole = np.median(
+        (lit.luminance - dark.luminance)[sky]
+    )  # some pixels hold a twig besides, and clouds shade it
+    assert whole == pytest.approx(1000.0 / math.pi, rel=0.1)
     assert (lit.luminance > dark.luminance).mean() > 0.99
 
 

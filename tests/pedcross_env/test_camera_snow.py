@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -48,18 +49,19 @@ def test_a_turned_camera_sees_the_same_snow() -> None:
 
 @pytest.mark.parametrize("kind", ["snow_mm_h", "rain_mm_h"])
 def test_headlights_light_what_falls_before_them(kind: str) -> None:
-    weather = Weather(**{kind: 5.0}, sun_altitude_deg=-30.0, headlights=True)
+    weather = Weather(**{kind: 20.0}, sun_altitude_deg=-30.0, headlights=True)
     camera = renderer(weather)
     scene = snapshot(headlight=1.0)
     pose, beam = camera_pose(camera.config, scene.ego), camera.own_beam(scene)
     assert beam is not None
-    added = []
-    for lights in (None, beam):
-        frame = camera.render(scene)
-        before = frame.luminance.copy()
-        Precipitation(weather, 3).draw(frame, pose, 1.0, 0.004, 10.0, beam=lights)
-        added.append(frame.luminance - before)
-    more = added[1] - added[0]
+    plain, more = camera.render(scene), 0.0
+    for second in range(8):
+        lit = []
+        for lights in (None, beam):
+            frame = replace(plain, luminance=plain.luminance.copy(), radiance=None)
+            Precipitation(weather, 3).draw(frame, pose, float(second), 0.004, 10.0, beam=lights)
+            lit.append(frame.luminance)
+        more = more + lit[1] - lit[0]
     assert (more >= -1e-6).all()
     assert more[140:].sum() > 10 * more[:100].sum()
 

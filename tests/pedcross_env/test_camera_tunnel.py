@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 from camera_scenes import STREET, pedestrian, renderer, snapshot
 
-from pedcross_env.camera import camera_pose
+from pedcross_env.camera import Renderer, camera_pose
 from pedcross_env.camera.kernels.tunnel import daylight_share
 from pedcross_env.camera.light import LUMA, light_of
 from pedcross_env.camera.tunnel import HEIGHT_M, INSET_M, TUNNEL_LX
+from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import StaticClass
+from pedcross_env.errors import ConfigError
+from pedcross_env.scenario.street import Intersection
 from pedcross_env.weather import WEATHERS, Weather
 
 DAY = Weather()
@@ -108,3 +111,11 @@ def test_luminance_alone_equals_colour_and_a_millimetre_changes_little() -> None
     allowed = 1.5 * 0.001 * 225 / 3.5 * contrast + 0.01 * before + 0.003
     assert (np.abs(after - before) <= allowed).mean() > 0.9995
     assert math.isfinite(float(after.sum()))
+
+
+def test_a_tunnel_around_a_street_that_bends_is_refused_with_the_remedy() -> None:
+    camera = Renderer(CameraConfig(width_px=64, height_px=36))
+    bent = dataclasses.replace(STREET, intersection=Intersection(x_m=60.0))
+    with pytest.raises(ConfigError, match="tunnel_exit_m = -inf"):
+        camera.load(bent, TUNNEL)
+    camera.load(bent, DAY)

@@ -202,3 +202,37 @@ def test_a_weather_of_ones_own_has_a_name_that_no_other_has(monkeypatch: pytest.
     for taken in ("drizzle", "fog", "ClearNoon"):
         with pytest.raises(ConfigError, match="taken"):
             register_weather(make_weather(name=taken, rain_mm_h=1.0))
+
+
+# The members of carla.WeatherParameters (LibCarla's carla/rpc/WeatherParameters.h): what a whole record holds.
+CARLAS_PARAMETERS = (
+    "cloudiness", "precipitation", "precipitation_deposits", "wind_intensity", "sun_azimuth_angle",
+    "sun_altitude_angle", "fog_density", "fog_distance", "fog_falloff", "wetness", "scattering_intensity",
+    "mie_scattering_scale", "rayleigh_scattering_scale", "dust_storm",
+)  # fmt: skip
+CARLAS_PRESETS = (
+    "ClearNoon", "CloudyNoon", "WetNoon", "WetCloudyNoon", "SoftRainNoon", "MidRainyNoon", "HardRainNoon",
+    "ClearSunset", "CloudySunset", "WetSunset", "WetCloudySunset", "SoftRainSunset", "MidRainSunset", "HardRainSunset",
+    "ClearNight", "CloudyNight", "WetNight", "WetCloudyNight", "SoftRainNight", "MidRainyNight",
+    "HardRainNight", "DustStorm",
+)  # fmt: skip
+
+
+def test_all_of_carlas_parameters_and_presets_are_known() -> None:
+    assert {field.name for field in dataclasses.fields(CarlaWeather)} == set(CARLAS_PARAMETERS)
+    assert set(CARLA_WEATHERS) == set(CARLAS_PRESETS)
+    for carla in CARLA_WEATHERS.values():
+        record = {name: getattr(carla, name) for name in CARLAS_PARAMETERS}
+        assert as_weather({"carla": record}) == to_physical(carla)
+
+
+def test_dirt_in_the_air_is_haze() -> None:
+    reach = [
+        to_physical(CarlaWeather(mie_scattering_scale=mie)).visibility_m
+        for mie in (0.0, 0.03, 0.06, 0.3, 1.0)
+    ]
+    assert reach[0] == reach[1] == math.inf
+    assert reach == sorted(reach, reverse=True)
+    assert reach[2] == pytest.approx(20_000.0)
+    with pytest.raises(ConfigError, match="mie_scattering_scale"):
+        CarlaWeather(mie_scattering_scale=-0.1)

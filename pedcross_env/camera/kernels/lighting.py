@@ -12,15 +12,17 @@ from pedcross_env.camera.kernels.jit import kernel
 
 __all__ = [
     "ENV_AIR", "ENV_BEAM", "ENV_BEAM_AXES", "ENV_BEAM_POSITION", "ENV_BEAM_TINT", "ENV_BETA", "ENV_BOUNCE", "ENV_LAMP",
-    "ENV_SIZE", "ENV_SKY", "ENV_SUN", "ENV_SUN_DIRECTION", "ENV_UP", "ENV_WET", "ENV_WINDOW", "ENV_ZENITH",
+    "ENV_SIZE", "ENV_SKY", "ENV_SNOW", "ENV_SUN", "ENV_SUN_DIRECTION", "ENV_UP", "ENV_WET", "ENV_WINDOW", "ENV_ZENITH",
     "beam_candela", "face_radiance", "head_irradiance", "lamp_candela", "light_field", "sky_radiance",
 ]  # fmt: skip
 
 ENV_SUN_DIRECTION, ENV_UP, ENV_SUN, ENV_SKY, ENV_BOUNCE = 0, 3, 6, 9, 12
 ENV_AIR, ENV_ZENITH, ENV_LAMP, ENV_WINDOW, ENV_BETA, ENV_BEAM = 15, 18, 21, 24, 27, 28
-ENV_BEAM_TINT, ENV_BEAM_POSITION, ENV_BEAM_AXES, ENV_WET, ENV_SIZE = 29, 32, 35, 44, 45
+ENV_BEAM_TINT, ENV_BEAM_POSITION, ENV_BEAM_AXES, ENV_WET, ENV_SNOW, ENV_SIZE = 29, 32, 35, 44, 45, 46
 
 WRAP = 0.45
+SNOW = (0.76, 0.78, 0.80)  # albedo of lying snow: camera.snow.SNOW_ALBEDO
+FLAT, LEVEL = 0.25, 0.65  # upward part of a normal from which snow begins to lie, and lies whole
 H0, H1, V0, V1 = -0.9, 0.9, -0.35, 0.25  # of the beam table: light.BEAM_TAN_H, BEAM_TAN_V
 
 
@@ -116,7 +118,14 @@ def sky_radiance(sine, env, c):
 
 @kernel
 def face_radiance(point, normal, albedo, gloss, env, field, head, out):
-    """Fill (3,): diffuse radiance E rho / pi and the glossy reflection of sky or ground on a flat face."""
+    """Fill (3,): diffuse radiance E rho / pi and the glossy reflection of sky or ground on a flat face, snow lying on it.
+
+    Glass (dark and glossy) is kept free of snow.
+    """
+    snow = 0.0
+    if env[ENV_SNOW] > 0.0 and not (gloss > 0.9 and albedo[0] + albedo[1] + albedo[2] < 0.05):
+        upright = normal[0] * env[ENV_UP] + normal[1] * env[ENV_UP + 1] + normal[2] * env[ENV_UP + 2]
+        snow = env[ENV_SNOW] * min(1.0, max(0.0, (upright - FLAT) / (LEVEL - FLAT)))
     sun = max(0.0, normal[0] * env[0] + normal[1] * env[1] + normal[2] * env[2])
     r = math.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2) + 1e-9
     towards = -(point[0] * normal[0] + point[1] * normal[1] + point[2] * normal[2]) / r
@@ -125,10 +134,10 @@ def face_radiance(point, normal, albedo, gloss, env, field, head, out):
     for k in range(3):
         sine += (point[k] / r + 2.0 * towards * normal[k]) * env[ENV_UP + k]
     upward = min(1.0, max(0.0, 0.5 + 3.0 * sine))
-    fresnel = gloss * (0.05 + 0.95 * (1.0 - towards) ** 5)
+    fresnel = (1.0 - snow) * gloss * (0.05 + 0.95 * (1.0 - towards) ** 5)
     for c in range(3):
         e = field[c, 0] + field[c, 1] * normal[0] + field[c, 2] * normal[1] + field[c, 3] * normal[2]
         e += env[ENV_SUN + c] * sun + env[ENV_BEAM_TINT + c] * head * towards
         below = env[ENV_BOUNCE + c] / math.pi
         mirrored = below + (sky_radiance(sine, env, c) - below) * upward
-        out[c] = albedo[c] * e / math.pi + fresnel * mirrored
+        out[c] = (albedo[c] + snow * (SNOW[c] - albedo[c])) * e / math.pi + fresnel * mirrored

@@ -1,0 +1,58 @@
+"""What is seen on the sky besides its gradient: clouds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pedcross_env.camera.clouds import cloud_texture
+from pedcross_env.camera.kernels.clouds import add_clouds
+from pedcross_env.camera.light import LUMA, Light
+from pedcross_env.camera.pinhole import CameraPose
+from pedcross_env.config import CameraConfig
+from pedcross_env.weather.weather import Weather
+
+__all__ = ["Sky"]
+
+NODE_RAD = 0.01  # between nodes at which clouds are computed, at least four pixels
+SUN_SHARE = 0.6  # of the sun's own colour in that of clouds
+
+
+class Sky:
+    """Adds a weather's clouds to pictures of one camera.
+
+    Args:
+        camera: A pinhole.
+    """
+
+    def __init__(self, camera: CameraConfig) -> None:
+        self._step = max(4, int(NODE_RAD * camera.focal_px))
+        rows, columns = camera.height_px // self._step + 2, camera.width_px // self._step + 2
+        self._nodes = {c: np.zeros((c, rows, columns), np.float32) for c in (1, 3)}
+        self._work = np.zeros(columns, np.float32), np.zeros(2)
+        self._texture: np.ndarray | None = None
+
+    def load(self, weather: Weather, seed: int) -> None:
+        """Take a weather's cloudiness; the clouds' shapes follow from ``seed``."""
+        self._texture = cloud_texture(weather.cloudiness, seed) if weather.cloudiness > 0 else None
+
+    def add_clouds(
+        self, out: np.ndarray, alpha: np.ndarray, pose: CameraPose, env: np.ndarray, light: Light
+    ) -> None:
+        """Add them in place; see kernels.clouds."""
+        if self._texture is None:
+            return
+        sun = float((light.sun_lx * LUMA).sum())
+        white = np.ones(3) if sun <= 0 else (1 - SUN_SHARE) + SUN_SHARE * light.sun_lx / sun
+        optics = (pose.focal_px, pose.cx, pose.cy)
+        add_clouds(
+            out,
+            alpha,
+            self._texture,
+            white,
+            pose.rotation,
+            env,
+            optics,
+            self._step,
+            self._nodes[len(out)],
+            self._work,
+        )
