@@ -1,22 +1,67 @@
-"""User-CPU milliseconds per frame of the event camera at 450 x 256."""
+"""CPU milliseconds per 450 x 256 frame of the event camera, and of v2e on the same frames where it is installed.
+
+    python benchmarks/dvs.py [--repeats 5]
+
+A texture slides sideways by a pixel per frame, 3 1/3 ms apart ("full motion"), or stands still. Two ways are timed:
+``step_counts`` counts the events per pixel and polarity, as the environment does unless raw events are asked for;
+``step`` makes them, sorted by time. Least of several passes, the process's CPU time, one thread.
+
+v2e (github.com/SensorsINI/v2e) is used if ``import v2ecore`` works: install it and its dependencies beside this
+package. It gets the same frames as 8-bit grey, on one thread of the CPU, and makes its (N, 4) float32 events.
+"""
 
 from __future__ import annotations
 
+import argparse
+import logging
+import platform
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
-from pedcross_env.sensors.dvs import DvsState, initial_state, log_luminance, step, step_counts
-from pedcross_env.sensors.dvs_config import DvsConfig
+from pedcross_env.sensors import DvsConfig, dvs_preset, initial_state, log_luminance, step, step_counts
+from pedcross_env.sensors.dvs import DvsState
 
 SHAPE = (256, 450)
 FRAMES = 60
 STEP_NS = 3_333_333
 
 
+@dataclass(frozen=True)
+class Case:
+    """One row of the table."""
+
+    scene: str
+    camera: str
+    bar_ms: float
+
+
+CASES = [
+    Case("full motion", "clean", 0.9), Case("full motion", "C = .05", 2.0), Case("full motion", "noisy", 1.5),
+    Case("static", "clean", 0.25), Case("static", "noisy", 1.5),
+    Case("full motion", "davis346", np.nan), Case("full motion", "gen4", np.nan),
+]  # fmt: skip
+CAMERAS = {
+    "clean": dvs_preset("default", shot_hz=0.0),
+    "C = .05": DvsConfig(positive_threshold=0.05, negative_threshold=0.05, shot_hz=0.0),
+    "noisy": dvs_preset("noisy", positive_threshold=0.3, negative_threshold=0.3),
+    "davis346": dvs_preset("davis346", bus_events_per_s=None),
+    "gen4": dvs_preset("gen4", bus_events_per_s=None),
+}
+
+
+def cpu_name() -> str:
+    try:
+        with open("/proc/cpuinfo") as lines:
+            return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+    except OSError:
+        return platform.processor()
+
+
 def moving_scene(shift_px_per_frame: float) -> list[np.ndarray]:
-    """Smooth log-luminance texture of three octaves, sliding sideways."""
+    """Smooth texture of three octaves in ln(light), -2 to 2, sliding sideways."""
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]].astype(np.float64)
     rng = np.random.default_rng(0)
     waves = [(rng.normal(0, f), rng.normal(0, f), rng.uniform(0, 6.3)) for f in np.geomspace(0.02, 0.5, 24)]
@@ -27,50 +72,92 @@ def moving_scene(shift_px_per_frame: float) -> list[np.ndarray]:
     return frames
 
 
-def milliseconds(
-    run: Callable[[DvsState, np.ndarray, int], DvsState], frames: list[np.ndarray], config: DvsConfig
-) -> float:
+def milliseconds(play: Callable[[], Iterator[None]], repeats: int) -> float:
+    """Least CPU time per frame; the first frame, which only starts the camera, is not counted."""
     best = np.inf
-    for _ in range(5):
-        state = initial_state(frames[0], 0, config, seed=1)
+    for _ in range(repeats):
+        run = play()
+        next(run)
         start = time.process_time()
-        for k, frame in enumerate(frames[1:], 1):
-            state = run(state, frame, k * STEP_NS)
-        best = min(best, (time.process_time() - start) / (len(frames) - 1))
+        frames = sum(1 for _ in run)
+        best = min(best, (time.process_time() - start) / frames)
     return 1e3 * float(best)
 
 
+def ours(frames: list[np.ndarray], config: DvsConfig, found: list[int] | None) -> Iterator[None]:
+    """Play the frames; with ``found``, make events and note their number, else count them."""
+    counts = np.zeros((*SHAPE, 2), np.uint8)
+    state: DvsState = initial_state(frames[0], 0, config, seed=1)
+    yield
+    for k, frame in enumerate(frames[1:], 1):
+        if found is None:
+            state = step_counts(state, frame, k * STEP_NS, config, counts)
+        else:
+            state, events = step(state, frame, k * STEP_NS, config)
+            found.append(events.size)
+        yield
+
+
+def theirs(frames: list[np.ndarray], config: DvsConfig) -> Iterator[None]:
+    """Play the frames, as 8-bit grey of the same contrasts, to v2e."""
+    from v2ecore.emulator import EventEmulator  # type: ignore[import-not-found,unused-ignore]
+
+    emulator = EventEmulator(
+        pos_thres=config.positive_threshold, neg_thres=config.negative_threshold, sigma_thres=config.sigma_threshold,
+        cutoff_hz=config.cutoff_hz, leak_rate_hz=config.leak_hz, shot_noise_rate_hz=config.shot_hz,
+        refractory_period_s=config.refractory_ns * 1e-9, seed=1, device="cpu", output_width=SHAPE[1],
+        output_height=SHAPE[0],
+    )  # fmt: skip
+    grey = [np.clip(np.rint(np.exp(frame + 3.4)), 0, 255).astype(np.float32) for frame in frames]
+    emulator.generate_events(grey[0], 0.0)
+    yield
+    for k, frame in enumerate(grey[1:], 1):
+        emulator.generate_events(frame, k * STEP_NS * 1e-9)
+        yield
+
+
+def v2e_is_here() -> bool:
+    try:
+        import torch
+        import v2ecore.emulator  # type: ignore[import-not-found,unused-ignore]  # noqa: F401
+    except ImportError as error:
+        print(f"v2e is not installed ({error}); our figures alone.")
+        return False
+    torch.set_num_threads(1)
+    logging.disable(logging.WARNING)
+    return True
+
+
 def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--repeats", type=int, default=5, help="passes over 60 frames; the least counts")
+    repeats = parser.parse_args().repeats
+    print(f"CPU: {cpu_name()}; {SHAPE[1]}x{SHAPE[0]}, CPU ms per frame")
+    with_v2e = v2e_is_here()
     scenes = {"full motion": moving_scene(1.0), "static": [moving_scene(0.0)[0]] * FRAMES}
-    configs = {
-        "clean": DvsConfig(shot_hz=0.0),
-        "C = .05": DvsConfig(positive_threshold=0.05, negative_threshold=0.05, shot_hz=0.0),
-        "noisy": DvsConfig(sigma_threshold=0.03, shot_hz=10.0, leak_hz=0.1, cutoff_hz=30.0),
-    }
-    for scene, frames in scenes.items():
-        for label, config in configs.items():
-            totals: list[int] = []
-            counts = np.zeros((*SHAPE, 2), np.uint8)
-
-            def events(state: DvsState, frame: np.ndarray, t: int, config: DvsConfig = config) -> DvsState:
-                state, found = step(state, frame, t, config)
-                totals.append(found.size)  # noqa: B023
-                return state
-
-            def only_counts(
-                state: DvsState, frame: np.ndarray, t: int, config: DvsConfig = config
-            ) -> DvsState:
-                return step_counts(state, frame, t, config, counts)  # noqa: B023
-
-            ms = milliseconds(events, frames, config), milliseconds(only_counts, frames, config)
-            times = f"step {ms[0]:.2f} ms  step_counts {ms[1]:.2f} ms"
-            print(f"{scene:12s} {label:8s} {times}  {np.mean(totals):.0f} events")
+    titles = ("events", "counts", "step", "bar", "v2e", "v2e/step")
+    print(
+        f"{'scene':12s} {'camera':9s}" + "".join(f"{title:>9s}" for title in titles[: 6 if with_v2e else 4])
+    )
+    for case in CASES:
+        frames, config = scenes[case.scene], CAMERAS[case.camera]
+        found: list[int] = []
+        counting = milliseconds(lambda f=frames, c=config: ours(f, c, None), repeats)
+        stepping = milliseconds(lambda f=frames, c=config, n=found: ours(f, c, n), repeats)
+        row = f"{case.scene:12s} {case.camera:9s}{np.mean(found):9.0f}{counting:9.2f}{stepping:9.2f}{case.bar_ms:9.2f}"
+        if with_v2e:
+            v2e = milliseconds(lambda f=frames, c=config: theirs(f, c), 2)
+            row += f"{v2e:9.1f}{v2e / stepping:9.1f}"
+        print(row)
     luminance = np.exp(scenes["full motion"][0])
-    log_luminance(luminance, 0.01)
-    start = time.process_time()
+    best = np.inf
     for _ in range(200):
+        start = time.process_time()
         log_luminance(luminance, 0.01)
-    print(f"log_luminance {(time.process_time() - start) / 200 * 1e3:.2f} ms")
+        best = min(best, time.process_time() - start)
+    print(f"ln(luminance), once per frame before: {1e3 * best:.2f} ms")
 
 
 if __name__ == "__main__":

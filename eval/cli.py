@@ -286,6 +286,19 @@ def _weathers(arguments: list[str], console: Console) -> None:
     _table(console, ("weather", "visibility m", "rain mm/h", "sun deg", "friction", "group"), rows)
 
 
+def _scenarios(arguments: list[str], console: Console) -> None:
+    from eval.progress import bar
+    from eval.scenario_statistics import PERCENTILES, ScenariosConfig, run_scenarios
+
+    config = _parse(ScenariosConfig, arguments, "scenarios")
+    with bar("driving", console) as progress:
+        rows, figure = run_scenarios(config, progress)
+    kept = 4 if config.jaad is not None else 3
+    head = ("", "ours", "JAAD, all", "JAAD, here")[:kept]
+    _table(console, head, [row[:kept] for row in rows])
+    _say(console, f"three numbers: percentiles {', '.join(map(str, PERCENTILES))}; figure: {figure}")
+
+
 def _suites(arguments: list[str], console: Console) -> None:
     from eval.suite_listing import print_suite, print_suites
 
@@ -338,6 +351,7 @@ COMMANDS: dict[str, tuple[str, Callable[[list[str], Any], None]]] = {
         "what resizing does to event frames: the paper's appendix, drawn and counted",
         _decimation,
     ),
+    "scenarios": ("measure random crossings, beside JAAD's: onsets, box heights, shares", _scenarios),
     "suites": ("list the suites of protocols, or with a name the cells of one", _suites),
     "weathers": ("list the weathers", _weathers),
     "warmup": ("compile the kernels now instead of at the first use", _warmup),

@@ -92,7 +92,7 @@ class Approach:
 
 def draw_approach(rng: np.random.Generator, street: StreetSpec) -> Approach:
     """Draw how somebody comes to the kerb of a street; a third stand in the last second before (34.2 % in JAAD)."""
-    style = str(rng.choice(("stands", "pauses", "straight"), p=(0.15, 0.2, 0.65)))
+    style = str(rng.choice(("stands", "pauses", "straight"), p=(0.1, 0.15, 0.75)))
     back = float(rng.uniform(0.9, street.sidewalk_width_m - 0.5))
     return Approach(style, float(rng.uniform(0.5, 2.0)), back, int(rng.choice((-1, 1))))
 

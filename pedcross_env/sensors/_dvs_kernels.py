@@ -49,23 +49,8 @@ def follow(before, after, followed, angle, ln_half, out, work, ints):
 
 
 @kernel
-def _settle_shared(end, reference, on_step, off_step, leak, out_reference, fired):
-    """Count the thresholds between each pixel and its reference, move that by them; whether there are any."""
-    some = np.int32(0)
-    for i in range(end.size):
-        level = reference[i] - leak
-        away = end[i] - level
-        step = on_step if away >= _ZERO else off_step
-        crossings = np.int32(away / step)
-        out_reference[i] = level + np.float32(crossings) * step
-        fired[i] = crossings
-        some |= crossings
-    return some != 0
-
-
-@kernel
 def _settle(end, reference, on_step, off_step, leak_per_s, dt_s, out_reference, fired):
-    """Count the thresholds as above, each pixel with its own."""
+    """Count the thresholds between each pixel and its reference, move that by them; whether there are any."""
     some = np.int32(0)
     for i in range(end.size):
         level = reference[i] - leak_per_s[i] * dt_s
@@ -79,17 +64,24 @@ def _settle(end, reference, on_step, off_step, leak_per_s, dt_s, out_reference, 
 
 
 @kernel
-def _drifted_shared(drift, fired, leak, out_drift):
+def _drifted(drift, fired, leak_per_s, dt_s, out_drift):
     """Add up what leaked since each pixel's last event."""
     for i in range(drift.size):
-        out_drift[i] = drift[i] + leak if fired[i] == 0 else _ZERO
+        out_drift[i] = drift[i] + leak_per_s[i] * dt_s if fired[i] == 0 else _ZERO
 
 
 @kernel
-def _drifted(drift, fired, leak_per_s, dt_s, out_drift):
-    """Add up what leaked, as above, each pixel with its own rate."""
-    for i in range(drift.size):
-        out_drift[i] = drift[i] + leak_per_s[i] * dt_s if fired[i] == 0 else _ZERO
+def _aim(previous, frame, reference, on_step, off_step, leak_per_s, fired, dt, first, gap):
+    """When each pixel meets its next threshold, in ns from the start, and how long it takes to the ones after it."""
+    dt_s = np.float32(dt / _NS)
+    for i in range(frame.size):
+        start = np.float64(previous[i])
+        step = np.float64(on_step[i] if fired[i] > 0 else -off_step[i])
+        slope = np.float64(frame[i]) - start + np.float64(leak_per_s[i] * dt_s)
+        pace = dt / slope
+        pace = pace if slope * step > 0.0 else 0.0
+        gap[i] = step * pace
+        first[i] = (step - (start - np.float64(reference[i]))) * pace
 
 
 @kernel
@@ -123,19 +115,28 @@ def _emit(found, t_ns, index, on, source, counts, keys, bits):
 
 
 @kernel
-def _fire(i, crossings, images, on_step, off_step, leak, drift, dt, counts, keys, bits, found):
-    """Write the events of a pixel that only follows its light: each where the line meets the next threshold."""
-    previous, frame, reference = images
-    on = crossings > 0
-    step = np.float64(on_step if on else -off_step)
-    start = np.float64(previous[i]) - np.float64(reference[i])
-    slope = np.float64(frame[i]) - np.float64(previous[i]) + np.float64(leak)
-    pace = dt / slope if slope * step > 0 else 0.0
-    source = LEAK if on and drift >= _HALF * on_step and leak > _ZERO else SIGNAL
-    for k in range(1, abs(crossings) + 1):
-        t = (k * step - start) * pace
-        found = _emit(found, np.int64(min(max(t, 0.0), dt - 1.0)), i, on, source, counts, keys, bits)
+def _held_after(i, first, gap, dt, start, change, leak, refractory_at, outs, source, on, found, sink):
+    """Write the events of a pixel that fires, is held, starts anew from what it then sees, fires again, and so on.
+
+    The light runs straight, so that it takes ``gap`` from each release to the next event.
+    """
+    t0_ns, refractory = refractory_at
+    out_reference, out_last_s, out_drift = outs
+    counts, keys, bits = sink
+    t, at = first, np.int64(0)
+    while True:
+        at = np.int64(min(max(t, 0.0), dt - 1.0))
+        found = _emit(found, at, i, on, source, counts, keys, bits)
         source = SIGNAL
+        released = t + refractory
+        if gap <= 0.0 or released + gap > dt:
+            break
+        t = released + gap
+    left = max(0.0, dt - released)
+    out_last_s[i] = (t0_ns + at) / _NS
+    out_reference[i] = np.float32(start + change * (1.0 - left / dt) - leak * (left / dt))
+    if out_drift.size > 0:
+        out_drift[i] = np.float32(leak * (left / dt))
     return found
 
 
@@ -206,6 +207,21 @@ def _live(i, images, levels, drifts, last_event_s, outs, interval, noise, place,
 
 
 @kernel
+def _mark_slow(begin, n, place, noise_pixel, last_event_s, t0_s, refractory_s, slow):
+    """Mark the pixels of a tile to be followed: those with noise, and those still held; whether there are any."""
+    for i in range(n):
+        slow[i] = 0
+    any_slow = False
+    while place < noise_pixel.size and noise_pixel[place] < begin + n:
+        slow[noise_pixel[place] - begin] = 1
+        place += 1
+        any_slow = True
+    if refractory_s > 0:
+        any_slow |= _held(last_event_s[begin : begin + n], t0_s, refractory_s, slow)
+    return any_slow
+
+
+@kernel
 def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts, keys, bits, work):
     """Move every pixel to the next frame; return how many events there are.
 
@@ -218,48 +234,43 @@ def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts,
         interval: Start in ns, length in ns (float64), refractory period in ns (float64).
         noise: Pixels (int32), times from the start in ns (float64) and codes (source, 4 for ON) of events, sorted.
         counts: (N, 2) to be added to, or (0, 2) where ``keys`` are wanted; further keys than fit are counted, not kept.
-        keys: uint64. bits: those below the time. work: (TILE,) each of int32, uint8 and int32.
+        keys: uint64. bits: those below the time.
+        work: (TILE,) of int32, uint8 and int32; (2, TILE) float64; (3, TILE) float32.
     """
-    _, frame, reference = images
-    on_steps, off_steps, leak_per_s = levels
+    previous, frame, reference = images
     out_reference, _, out_drift = outs
     t0_ns, dt, refractory = interval
-    fired_work, slow_work, chosen = work
-    shared, counting = on_steps.size == 1, counts.shape[0] > 0
+    fired_work, slow, chosen, times, steps = work
+    shared, counting = levels[0].size == 1, counts.shape[0] > 0
+    if shared:
+        for i in range(TILE):
+            steps[0, i], steps[1, i], steps[2, i] = levels[0][0], levels[1][0], levels[2][0]
     dt_s = np.float32(dt / _NS)
     top = np.int32(255 if counts.itemsize == 1 else 65535)
-    t0_s, refractory_s = t0_ns / _NS, refractory / _NS
     found, place = 0, 0
     for begin in range(0, frame.size, TILE):
         n = min(TILE, frame.size - begin)
         stop = begin + n
-        fired, slow = fired_work[:n], slow_work[:n]
+        fired, first, gap = fired_work[:n], times[0, :n], times[1, :n]
         if shared:
-            any_fired = _settle_shared(
-                frame[begin:stop], reference[begin:stop], on_steps[0], off_steps[0], leak_per_s[0] * dt_s,
-                out_reference[begin:stop], fired,
-            )  # fmt: skip
+            on_step, off_step, leak = steps[0, :n], steps[1, :n], steps[2, :n]
         else:
-            any_fired = _settle(
-                frame[begin:stop], reference[begin:stop], on_steps[begin:stop], off_steps[begin:stop],
-                leak_per_s[begin:stop], dt_s, out_reference[begin:stop], fired,
-            )  # fmt: skip
-        if drifts.size > 0 and shared:
-            _drifted_shared(drifts[begin:stop], fired, leak_per_s[0] * dt_s, out_drift[begin:stop])
-        elif drifts.size > 0:
-            _drifted(drifts[begin:stop], fired, leak_per_s[begin:stop], dt_s, out_drift[begin:stop])
-        noisy = place < noise[0].size and noise[0][place] < stop
-        any_slow = noisy
-        if noisy or refractory > 0:
-            for i in range(n):
-                slow[i] = np.uint8(fired[i] != 0) & np.uint8(refractory > 0)
-            later = place
-            while later < noise[0].size and noise[0][later] < stop:
-                slow[noise[0][later] - begin] = 1
-                later += 1
-            if refractory > 0:
-                any_slow |= _held(last_event_s[begin:stop], t0_s, refractory_s, slow) or any_fired
-        if any_slow:
+            on_step, off_step, leak = levels[0][begin:stop], levels[1][begin:stop], levels[2][begin:stop]
+        any_fired = _settle(
+            frame[begin:stop],
+            reference[begin:stop],
+            on_step,
+            off_step,
+            leak,
+            dt_s,
+            out_reference[begin:stop],
+            fired,
+        )
+        if drifts.size > 0:
+            _drifted(drifts[begin:stop], fired, leak, dt_s, out_drift[begin:stop])
+        if (refractory > 0 or (place < noise[0].size and noise[0][place] < stop)) and _mark_slow(
+            begin, n, place, noise[0], last_event_s, t0_ns / _NS, refractory / _NS, slow
+        ):
             for i in range(n):
                 if slow[i] != 0:
                     fired[i] = 0
@@ -269,34 +280,49 @@ def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts,
                     )  # fmt: skip
         if not any_fired:
             continue
-        if counting:
+        if counting and refractory == 0:
             for i in range(n):
                 found += abs(fired[i])
             _tally(fired, counts[begin:stop], top)
             continue
+        _aim(
+            previous[begin:stop],
+            frame[begin:stop],
+            reference[begin:stop],
+            on_step,
+            off_step,
+            leak,
+            fired,
+            dt,
+            first,
+            gap,
+        )
         hits = 0
         for i in range(n):
             chosen[hits] = i
             hits += np.int64(fired[i] != 0)
-        for k in range(hits):
-            i = begin + chosen[k]
-            j = 0 if shared else i
-            leak = leak_per_s[j] * dt_s
-            drift = drifts[i] + leak if drifts.size > 0 else _ZERO
-            found = _fire(
-                i,
-                fired[chosen[k]],
-                images,
-                on_steps[j],
-                off_steps[j],
-                leak,
-                drift,
-                dt,
-                counts,
-                keys,
-                bits,
-                found,
-            )
+        for h in range(hits):
+            k = chosen[h]
+            i, on, source = begin + k, fired[k] > 0, SIGNAL
+            leaked = leak[k] * dt_s
+            if leaked > _ZERO and on and drifts[i] + leaked >= _HALF * on_step[k]:
+                source = LEAK
+            if refractory > 0:
+                start = np.float64(previous[i])
+                found = _held_after(
+                    i, first[k], gap[k], dt, start, np.float64(frame[i]) - start, np.float64(leaked),
+                    (t0_ns, refractory), outs, source, on, found, (counts, keys, bits),
+                )  # fmt: skip
+                continue
+            t, low = first[k], (np.uint64(i) << np.uint64(3)) | (np.uint64(on) << np.uint64(2))
+            for m in range(abs(fired[k])):
+                at = np.uint64(np.int64(min(max(t, 0.0), dt - 1.0)))
+                if found < keys.size:
+                    keys[np.uint64(found)] = (
+                        (at << np.uint64(bits)) | low | np.uint64(source if m == 0 else SIGNAL)
+                    )
+                found += 1
+                t += gap[k]
     return found
 
 

@@ -25,7 +25,7 @@ __all__ = [
     "unpack",
 ]
 
-TILE = 128
+TILE = 256
 MIN_THRESHOLD = np.float32(0.01)  # CARLA's and v2e's least
 _SQRT_HALF_BITS = np.int32(0x3F3504F3)
 _LN2 = np.float32(0.6931471805599453)

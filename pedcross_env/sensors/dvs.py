@@ -189,7 +189,10 @@ def _run_ours(
     counts: np.ndarray,
     keys: np.ndarray,
 ) -> tuple[DvsState, int]:
-    work = tuple(np.empty(maths.TILE, kind) for kind in (np.int32, np.uint8, np.int32))
+    work = (
+        *(np.empty(maths.TILE, kind) for kind in (np.int32, np.uint8, np.int32)),
+        np.empty((2, maths.TILE)), np.empty((3, maths.TILE), np.float32),
+    )  # fmt: skip
     dt_ns = float(time_ns - state.time_ns)
     photoreceptor = log_frame
     if config.cutoff_hz > 0:

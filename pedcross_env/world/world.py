@@ -267,6 +267,17 @@ class World:
         """Actor ids of the pedestrians that make the label 1, nearest first."""
         return tuple(int(i) for i in self._records.pedestrian_ids[self._labelled()[0]])
 
+    def full_crossings_s(self) -> list[float]:
+        """How long those take who, as it is known now, go all the way from one kerb to the other."""
+        kerb, taken = self.scenario.street.kerb_y_m, []
+        for owner, start_s, end_s in zip(self._stay_owner, self._stay_start_s, self._stay_end_s, strict=True):
+            if start_s > 0 and math.isfinite(end_s):
+                walk = self._people.walks[owner]
+                enters, leaves = (walk.position(t)[1] for t in (start_s, end_s))
+                if enters * leaves < 0 and min(abs(enters), abs(leaves)) > 0.9 * kerb:
+                    taken.append(float(end_s - start_s))
+        return taken
+
     def _crossing_in_s(self) -> float:
         """Time until a pedestrian ahead steps onto the carriageway to cross; 0: one is on it, nan: never."""
         if self._stay_owner.size == 0:

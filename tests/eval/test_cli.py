@@ -105,6 +105,7 @@ def test_help_imports_nothing_heavy():
         "report",
         "demo",
         "weathers",
+        "scenarios",
         "suites",
         "play",
         "decimation",
