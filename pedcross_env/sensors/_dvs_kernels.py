@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import inlined, kernel
+from pedcross_env.camera.kernels.jit import entry, inlined, kernel
 from pedcross_env.sensors._dvs_maths import TILE, add_count, exp_in_place, pack
 
 __all__ = ["HOT", "LEAK", "SHOT", "SIGNAL", "advance", "follow", "queue"]
@@ -18,7 +18,7 @@ _ZERO, _ONE, _HALF = np.float32(0), np.float32(1), np.float32(0.5)
 _SMALL = np.float32(0.05)  # below this the series is closer than the difference
 
 
-@kernel
+@entry
 def follow(before, after, followed, angle, ln_half, out, work, ints):
     """Low-pass a movie whose values run straight between frames: the photoreceptor, exactly at any frame rate.
 
@@ -221,7 +221,7 @@ def _mark_slow(begin, n, place, noise_pixel, last_event_s, t0_s, refractory_s, s
     return any_slow
 
 
-@kernel
+@entry
 def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts, keys, bits, work):
     """Move every pixel to the next frame; return how many events there are.
 
@@ -326,7 +326,7 @@ def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts,
     return found
 
 
-@kernel
+@entry
 def queue(keys, bits, gap_ns, free_ns, longest_ns):
     """Send sorted events over a bus, one in ``gap_ns``; what would wait longer than ``longest_ns`` is lost.
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import entry, kernel
 
 __all__ = ["ADC_MAX", "BLOOM_CAP", "BLOOM_FROM", "bloom", "develop", "mean_log"]
 
@@ -103,7 +103,7 @@ def _widen(cells, cell, out):
             out[x] = a + (b - a) * (np.float32(x - start) + offset) * step
 
 
-@kernel
+@entry
 def bloom(radiance, white, share, cell, work, cells, glow, lit):
     """Fill ``glow`` (3, rows of cells, W) with the light that saturated pixels spill around them; whether there is any.
 

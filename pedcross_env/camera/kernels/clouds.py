@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import entry, kernel
 from pedcross_env.camera.kernels.lighting import ENV_BETA, sky_radiance
 
 __all__ = ["add_clouds"]
@@ -86,7 +86,7 @@ def _add_row(line, step, alpha, plane):
         first = last
 
 
-@kernel
+@entry
 def add_clouds(out, alpha, texture, white, rotation, env, optics, step, nodes, work):
     """Add clouds to the sky.
 

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import inlined, kernel
+from pedcross_env.camera.kernels.jit import entry, inlined, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM_POSITION,
     ENV_BEAM_TINT,
@@ -35,7 +35,7 @@ SPARSE = 6.0  # texels per column from which a whole line of texels costs more t
 LUMA = (0.2126, 0.7152, 0.0722)
 
 
-@kernel
+@entry
 def splat_leaves(leaves, image):
     """Paint leaves over each other, in their order.
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from pedcross_env.camera.kernels.jit import inlined, kernel
+from pedcross_env.camera.kernels.jit import INT, inlined, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM,
     ENV_BETA,
@@ -445,7 +445,7 @@ def draw_panel(
                 _shine(buf[lit, :n], np.float32(env[ENV_WINDOW + c]), buf[4 + c, :n])
         if planes.shape[0] == 1 and night:
             _to_luminance(buf[4, :n], buf[5, :n], buf[6, :n])
-        at = 0
+        at = INT(0)
         for r in range(entries):
             row, a, b = listed[r, 0], listed[r, 1], listed[r, 2]
             add_row(buf, 4, 0, 2, at, scratch, row, a, b)

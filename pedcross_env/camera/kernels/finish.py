@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import entry, kernel
 
 __all__ = ["finish_frame"]
 
@@ -23,7 +23,7 @@ def _luminance_row(red, green, blue, out):
         out[i] = np.float32(0.2126) * red[i] + np.float32(0.7152) * green[i] + np.float32(0.0722) * blue[i]
 
 
-@kernel
+@entry
 def finish_frame(out, depth, luminance):
     """Turn ``depth`` from inverse metres to metres (inf: sky) and fill ``luminance`` if there is colour."""
     for row in range(luminance.shape[0]):

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import entry, kernel
 
 __all__ = ["add_sun_disc", "add_veil", "gather_sources", "sky_share"]
 
@@ -25,7 +25,7 @@ def _raise_row(row, top):
         top[i] = max(top[i], row[i])
 
 
-@kernel
+@entry
 def gather_sources(out, luminance, threshold, cell, border, top, sources):
     """Fill (S, 5): column, row and light per channel of what exceeds ``threshold``; return how many there are.
 
@@ -77,7 +77,7 @@ def gather_sources(out, luminance, threshold, cell, border, top, sources):
     return count
 
 
-@kernel
+@entry
 def sky_share(alpha, column, row, radius):
     """Share of a disc in the image that no object covers; a place outside the image counts as its nearest border."""
     height, width = alpha.shape
@@ -91,7 +91,7 @@ def sky_share(alpha, column, row, radius):
     return free / total if total > 0 else 0.0
 
 
-@kernel
+@entry
 def add_sun_disc(out, luminance, alpha, column, row, radius, radiance):
     """Draw a disc of ``radiance`` (3,) behind all objects; its rim is a pixel wide."""
     height, width = luminance.shape
@@ -144,7 +144,7 @@ def _add_row(low, high, part, step, line, plane):
         first += step
 
 
-@kernel
+@entry
 def add_veil(out, luminance, sources, count, strength, core, step, nodes, line):
     """Add the veil of ``count`` sources to (C, H, W) and to the luminance.
 

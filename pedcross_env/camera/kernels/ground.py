@@ -12,7 +12,7 @@ import numpy as np
 
 from pedcross_env.camera.kernels.bands import add_stripes, fill_bands, grain_columns, grain_row, weigh_bands
 from pedcross_env.camera.kernels.ground_light import lights_row, shadow_row
-from pedcross_env.camera.kernels.jit import inlined, kernel
+from pedcross_env.camera.kernels.jit import INT, entry, inlined, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_AIR,
     ENV_BEAM,
@@ -245,7 +245,7 @@ def _ground_row(
             share,
             free[a:b],
             np.float32(1.0 / depth),
-            -1,
+            INT(-1),
             weight[row, a:b],
             depth_inverse[row, a:b],
             ids[row, a:b],
@@ -289,7 +289,7 @@ def _sky_row(row, y, share, rotation, env, optics, a, b, free, out, owners, owne
     if out.shape[0] == 1:
         _fill_row(np.float32(total * share), free[a:b], out[0, row, a:b])
     if owners:
-        _own_rest(share, free[a:b], F0, 0, weight[row, a:b], depth_inverse[row, a:b], ids[row, a:b])
+        _own_rest(share, free[a:b], F0, INT(0), weight[row, a:b], depth_inverse[row, a:b], ids[row, a:b])
 
 
 @kernel
@@ -298,7 +298,7 @@ def _fill_row(value, free, plane):
         plane[i] += free[i] * value
 
 
-@kernel
+@entry
 def draw_ground_and_sky(
     rotation, camera, env, street, tables, bands, shadows, lights, optics, xs, size, frame, owners, work, buf
 ):

@@ -13,7 +13,7 @@ import numpy as np
 
 from pedcross_env.camera.kernels.ground import FAR_M, INV_PI, KERB, WHITE, free_row
 from pedcross_env.camera.kernels.ground_light import beam_at, lamp_at
-from pedcross_env.camera.kernels.jit import inlined, kernel
+from pedcross_env.camera.kernels.jit import entry, inlined, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_AIR,
     ENV_BEAM,
@@ -85,7 +85,7 @@ def _place_row(rotation, camera, yn, optics, n, buf):
             _step_row(own, up, base, slope, inv, depth, down, buf[XU + 2 * k + m, :n])
 
 
-@kernel
+@entry
 def shadow_bounds(polygon_info, capsules, rotation, camera, optics, size, out):
     """Fill (polygons + capsules, 4) int64: first and beyond-last row and column that each shadow can reach."""
     focal, cx, cy = optics
@@ -354,7 +354,7 @@ def _ground_row(
     _own_ground(share, free[a:b], buf[DEPTH, a:b], weight[row, a:b], depth_inverse[row, a:b], ids[row, a:b])
 
 
-@kernel
+@entry
 def draw_ground_and_sky_freely(
     rotation, camera, env, layout, tables, shadows, bounds, lights, optics, xs, size, frame, works, buf
 ):

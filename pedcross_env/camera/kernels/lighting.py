@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import entry, kernel
 
 __all__ = [
     "ENV_AIR", "ENV_BEAM", "ENV_BEAM_AXES", "ENV_BEAM_POSITION", "ENV_BEAM_TINT", "ENV_BETA", "ENV_BOUNCE", "ENV_LAMP",
@@ -26,7 +26,7 @@ FLAT, LEVEL = 0.25, 0.65  # upward part of a normal from which snow begins to li
 H0, H1, V0, V1 = -0.9, 0.9, -0.35, 0.25  # of the beam table: light.BEAM_TAN_H, BEAM_TAN_V
 
 
-@kernel
+@entry
 def beam_candela(table, tan_left, tan_up):
     """Bilinear look-up of a beam table; 0 outside."""
     rows, columns = table.shape
@@ -41,7 +41,7 @@ def beam_candela(table, tan_left, tan_up):
     return low + s * (high - low)
 
 
-@kernel
+@entry
 def lamp_candela(cosine_down):
     """Return a street lamp's intensity over the cosine to the nadir: batwing, nothing above 85 degrees."""
     c = min(1.0, max(0.0, cosine_down))
@@ -107,7 +107,7 @@ def light_field(point, env, lamps, beams, table, field):
             field[c, 3] += WRAP * tint * dz / r
 
 
-@kernel
+@entry
 def sky_radiance(sine, env, c):
     """Sky radiance over the sine of the elevation (0 horizon, 1 zenith)."""
     s = min(1.0, max(0.0, sine))

@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import entry, kernel
 
 __all__ = ["FILM", "GRID_PLANES", "mirror_in_road"]
 
@@ -297,7 +297,7 @@ def _reflect_row(line, gain, out):
         out[i] += gain[i] * (line[n - 1] - out[i])
 
 
-@kernel
+@entry
 def mirror_in_road(out, inverse, ids, alpha, horizon, tilt, focal, height_m, film, unknown, grid, work):
     """Add what the wet ground mirrors: F of the light comes from there and 1 - F from the road.
 

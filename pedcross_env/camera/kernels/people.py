@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from pedcross_env.camera.kernels.capsules import draw_capsule
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import INT, entry, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM_POSITION,
     ENV_BEAM_TINT,
@@ -38,7 +38,7 @@ def people_work():
     )  # fmt: skip
 
 
-@kernel
+@entry
 def retro_coefficient(at_small, angle):
     """Coefficient of retro-reflection at an observation angle (rad), cd/(lx m2).
 
@@ -171,8 +171,8 @@ def draw_pedestrian(
             break
         if tall_px <= body[m, P_FINE]:
             continue
-        _at(seen[int(body[m, 0])], body[m], 1, p0)
-        _at(seen[int(body[m, 4])], body[m], 5, p1)
+        _at(seen[int(body[m, 0])], body[m], INT(1), p0)
+        _at(seen[int(body[m, 4])], body[m], INT(5), p1)
         part = body[m]
         grown = height
         if part[P_FINE] > 0.0:  # fine parts grow out of the body as it comes near

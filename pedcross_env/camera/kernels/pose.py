@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import INT, entry, kernel
 
 __all__ = [
     "ANKLE_Z", "BUILD_SIZE", "B_RIDES", "CHEST", "CRANK", "CRANK_LENGTH", "PEDAL_Y", "FOREARM", "FRAMES", "GROUND", "HAND", "HEAD", "HELD", "LEG_STANDING", "NECK_Z", "PELVIS",
@@ -61,7 +61,7 @@ def running_share(stride, height_m):
     return _smooth((froude - 0.33) / 0.37)
 
 
-@kernel
+@entry
 def duty_factor(stride, height_m):
     """Return the share of the cycle that a foot is on the ground: .62 walking, below .5 (flight) running."""
     run = running_share(stride, height_m)
@@ -174,7 +174,7 @@ def _hip_height(stride, turn, run, duty, centre, amount, vigour, leg):
     return walking + (sprung - walking) * run
 
 
-@kernel
+@entry
 def pose_body(phase, stride_m, head_yaw, height_m, build, frames):
     """Fill the frames of all segments.
 
@@ -202,9 +202,9 @@ def pose_body(phase, stride_m, head_yaw, height_m, build, frames):
     sway = -0.012 * amount * math.cos(turn)
     foot_y = build[B_HIP] * (1.0 - 0.35 * amount - 0.25 * run)
     turned = 0.10 * amount * swing  # the pelvis brings the leading hip forward, the shoulders go against it
-    _axes(frames, GROUND, 0.0, 0.0, 0.0, 0.0, 0.0)
+    _axes(frames, INT(GROUND), 0.0, 0.0, 0.0, 0.0, 0.0)
     lean = build[B_STOOP] + 0.03 * amount + 0.13 * run
-    _axes(frames, PELVIS, 0.0, sway, hip_z, 0.5 * lean, -turned)
+    _axes(frames, INT(PELVIS), 0.0, sway, hip_z, 0.5 * lean, -turned)
     for k in range(2):
         side, first = 1.0 - 2.0 * k, THIGH + RIGHT * k
         u = phase + 0.5 * k
@@ -248,10 +248,10 @@ def _trunk(frames, swing, run, amount, head_yaw, build, standing, hip_z, sway, l
     bend = 0.75 * lean
     neck_x, neck_z = spine * math.sin(bend), hip_z + spine * math.cos(bend)
     twist = -(0.12 + 0.14 * run) * amount * swing
-    _axes(frames, CHEST, neck_x, 0.8 * sway, neck_z, lean, -twist)
+    _axes(frames, INT(CHEST), neck_x, 0.8 * sway, neck_z, lean, -twist)
     rise = (NECK_Z - HEAD_Z) * head
     _axes(
-        frames, HEAD, neck_x + 0.014 + 0.5 * rise * math.sin(lean), 0.7 * sway, neck_z + rise, 0.15 * lean, head_yaw
+        frames, INT(HEAD), neck_x + 0.014 + 0.5 * rise * math.sin(lean), 0.7 * sway, neck_z + rise, 0.15 * lean, head_yaw
     )  # fmt: skip
     chest = frames[CHEST]
     for k in range(2):
@@ -269,6 +269,6 @@ def _trunk(frames, swing, run, amount, head_yaw, build, standing, hip_z, sway, l
     hand = frames[HAND]
     palm = 0.045
     _axes(
-        frames, HELD, hand[0, 0] - palm * hand[3, 0], hand[0, 1] - palm * hand[3, 1], hand[0, 2] - palm * hand[3, 2],
+        frames, INT(HELD), hand[0, 0] - palm * hand[3, 0], hand[0, 1] - palm * hand[3, 1], hand[0, 2] - palm * hand[3, 2],
         0.10, 0.0,
     )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import entry
 from pedcross_env.camera.kernels.rows import F0, F1, HALF
 
 __all__ = ["resample"]
@@ -12,7 +12,7 @@ __all__ = ["resample"]
 LAST = np.float32(1.01)  # keeps the right and lower neighbour inside the picture
 
 
-@kernel
+@entry
 def resample(source, places, samples, out):
     """Fill ``out`` with the means of ``source`` over the pixels' footprints.
 

@@ -10,7 +10,7 @@ from numba import njit
 from pedcross_env.camera.kernels.capsules import draw_capsule
 from pedcross_env.camera.kernels.crown import draw_crown
 from pedcross_env.camera.kernels.facade import draw_panel, panel_work
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import INT, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_AIR,
     ENV_BEAM_POSITION,
@@ -465,4 +465,4 @@ def draw_scene(
                     actors[i], looks[i, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch,
                     buf, work, hulls, car, spans,
                 )  # fmt: skip
-        _put(scratch, spans, -2, env, air, frame, owners, buf)
+        _put(scratch, spans, INT(-2), env, air, frame, owners, buf)

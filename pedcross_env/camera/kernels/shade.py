@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import entry
 
 __all__ = ["sunlit_shares"]
 
 
-@kernel
+@entry
 def sunlit_shares(walls, sun, places, shares):
     """Fill the share of each upright thing that no wall shades; continuous in where it stands.
 

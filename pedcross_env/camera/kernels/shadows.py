@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import INT, kernel
 from pedcross_env.camera.kernels.pose import FRAMES, pose_body
 
 __all__ = ["CAPSULES_PER_ACTOR", "MAX_EDGES", "POLYGONS_PER_ACTOR", "cast_shadows"]
@@ -75,7 +75,7 @@ def _vehicle(actor, shear, sunny, polygons, info, at):
         cast = CASTS[k]
         if cast[8] == SUN and not sunny:
             continue
-        n = 0
+        n = INT(0)
         for level in range(3):
             scale, rise = 0.5 * cast[2 * level], cast[2 * level + 1] * actor[8]
             for corner in range(4):

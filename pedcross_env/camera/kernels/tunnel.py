@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import entry
 
 __all__ = ["daylight_share", "enclose"]
 
@@ -19,14 +19,14 @@ JOINT_M = 6.0  # wavelength of the walls' pattern
 JOINT_DEPTH = 0.12
 
 
-@kernel
+@entry
 def daylight_share(inside_m, reach_m):
     """Share of the light outside that comes ``inside_m`` metres into the tunnel: 1 at the portal, reach^2 / 2 d^2 far in."""
     d = max(0.0, inside_m)
     return 1.0 - d / math.sqrt(d * d + reach_m * reach_m)
 
 
-@kernel
+@entry
 def enclose(out, luminance, depth, ids, rotation, camera, optics, shape, light):
     """Draw the tunnel into a finished picture.
 

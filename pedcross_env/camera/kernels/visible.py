@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from pedcross_env.camera.kernels.jit import inlined, kernel
+from pedcross_env.camera.kernels.jit import INT, inlined, kernel
 from pedcross_env.camera.kernels.polygons import project_clipped
 
 __all__ = ["MAX_PARTS", "outline_walls", "visible_parts", "visible_work"]
@@ -47,7 +47,7 @@ def outline_walls(panels, row, rotation, camera, optics, size, work):
             x, y = dx + s * p[3], dy + s * p[4]
             for k in range(3):
                 corners3[c, k] = rotation[k, 0] * x + rotation[k, 1] * y + rotation[k, 2] * z
-        n = project_clipped(corners3, 4, focal, cx, cy, outlines[i])
+        n = project_clipped(corners3, INT(4), focal, cx, cy, outlines[i])
         if n < 3:
             continue
         _bound(outlines[i], n, bounds[i])
@@ -94,7 +94,7 @@ def _push(x, y, n, out):
 @kernel
 def _half(corners, count, a, b, c, out):
     """Keep of a convex polygon what a x + b y + c >= 0 holds for; return its number of corners."""
-    n = 0
+    n = INT(0)
     for i in range(count):
         j = i + 1 if i + 1 < count else 0
         x0, y0, x1, y1 = corners[i, 0], corners[i, 1], corners[j, 0], corners[j, 1]
@@ -214,7 +214,7 @@ def visible_parts(which, seen_count, panels, rotation, camera, optics, work):
     counts[0] = sides[which]
     for i in range(counts[0]):
         corners[0, i, 0], corners[0, i, 1] = outlines[which, i, 0], outlines[which, i, 1]
-    parts = 1
+    parts = INT(1)
     b = bounds[which]
     for k in range(seen_count):
         other = seen[k]
