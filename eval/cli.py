@@ -166,12 +166,16 @@ def _evaluate(arguments: list[str], console: Console) -> None:
     config = _parse(EvaluateConfig, arguments, "evaluate")
     with bar("driving episodes", console) as progress:
         report = evaluate(config, progress)
-    capture_for(config)
+    if not config.suite:
+        capture_for(config)
     if report.other_setups:
         _say(
             console,
             f"{report.other_setups} episodes in {config.out} are of another setup: left aside.",
         )
+    if config.suite:
+        _verdicts(report.rows, console)
+        return
     rows = [
         (row["detector"], row["group"], f"{row['collisions']} of {row['crossings']}",
          percent_interval(row["collision_low"], row["collision_high"]),
@@ -179,6 +183,23 @@ def _evaluate(arguments: list[str], console: Console) -> None:
         for row in summarise(report.rows) if row["main"]
     ]  # fmt: skip
     _table(console, ("source", "weather", "collisions", "95 %", "brakes for nobody"), rows)
+
+
+def _verdicts(rows: Sequence[dict[str, Any]], console: Console) -> None:
+    """Print what the protocol says of each source's cells."""
+    from eval.verdicts import by_scenario
+
+    lines = [
+        (row["detector"], row["scenario"], f"{row['passed']} of {row['episodes']}",
+         f"{row['points']:g}" + (f" ({row['uncertain']} uncertain)" if row["uncertain"] else ""),
+         f"{row['fastest_passed_kmh']:.0f}", f"{row['worst_impact_kmh']:.0f}" if row["worst_impact_kmh"] else "-")
+        for row in by_scenario([row for row in rows if row["main"]])
+    ]  # fmt: skip
+    _table(
+        console,
+        ("source", "cells", "passed", "points", "all passed up to km/h", "worst impact km/h"),
+        lines,
+    )
 
 
 def _report(arguments: list[str], console: Console) -> None:

@@ -8,6 +8,7 @@ import json
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from eval.store import RowLog, prepare_folder, write_json, write_rows
 from pedcross_env import __version__
 from pedcross_env.config import CameraConfig, EgoConfig, EnvConfig, LabelConfig, TrafficConfig, require
 from pedcross_env.errors import unknown_name
+from pedcross_env.scenario.suites import Cell, suite
 from pedcross_env.warmup import COMPILING, compile_kernels
 
 __all__ = ["EvaluateConfig", "EvaluateReport", "check_weathers", "evaluate"]
@@ -41,6 +43,12 @@ class EvaluateConfig:
     """Each seed is played in each of them: the same crossing, another weather."""
     episodes: int = 20
     """Seeds per weather."""
+    suite: str = ""
+    """Play the cells of this suite instead of random crossings; ``pedcross suites`` lists them."""
+    cells: tuple[str, ...] = ("*",)
+    """Which of its cells: ids or patterns such as "CPNA-*/night"."""
+    cell_seeds: int = 1
+    """Seeds per cell: they change looks alone."""
     seed: int = 0
     """First episode seed; recorded datasets begin at one million."""
     threshold: float | None = None
@@ -68,8 +76,25 @@ class EvaluateConfig:
         for control in self.controls:
             if control not in CONTROLS:
                 raise unknown_name("control", control, CONTROLS)
+        require(self.cell_seeds >= 1, "cell_seeds", self.cell_seeds, "1 or more")
+        require(bool(self.suite) or self.cells == ("*",), "cells", self.cells, "given with a suite only")
+        self.chosen_cells()
         for value in (*self.extra_thresholds, *([] if self.threshold is None else [self.threshold])):
             require(0 < value <= 1, "threshold", value, "above 0, at most 1")
+
+    def chosen_cells(self) -> tuple[Cell, ...]:
+        """Return the suite's cells that are asked for, in its order; none without a suite.
+
+        Raises:
+            ConfigError: For an unknown suite, or a pattern that no cell fits; names the nearest.
+        """
+        if not self.suite:
+            return ()
+        own = suite(self.suite)
+        for pattern in self.cells:
+            if not any(fnmatchcase(cell.id, pattern) for cell in own.cells):
+                own.cell(pattern)
+        return tuple(c for c in own.cells if any(fnmatchcase(c.id, pattern) for pattern in self.cells))
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,14 +144,15 @@ def evaluate(
     log.rewrite(stored)
     todo = [job for job in jobs if job.key not in rows]
     already = len(rows)
-    compiles = bool(todo) and env_factory is make_env
+    compiles = env_factory is make_env and any(job.env.modalities for job in todo)
     progress(already, len(jobs), COMPILING if compiles else "")
     if compiles:  # once here, not once in every worker
         compile_kernels()
     for row in play_jobs(todo, config.workers or os.cpu_count() or 1, env_factory, loader):
         log.append(row)
         rows[_row_key(row)] = row
-        progress(len(rows), len(jobs), f"{row['detector']}, {row['weather']}, seed {row['seed']}")
+        what = row["cell"] or row["weather"]
+        progress(len(rows), len(jobs), f"{row['detector']}, {what}, seed {row['seed']}")
     ordered = [rows[job.key] for job in jobs]
     write_rows(config.out / "episodes.parquet", ordered)
     write_json(config.out / "evaluate.json", _provenance(config, specs))
@@ -171,8 +197,17 @@ def _episodes(
         dataclasses.asdict(aeb),
         dataclasses.asdict(env) | {"weather": None},
     ]
+    if config.suite:
+        facts.append([config.suite, suite(config.suite).version])
     setup = hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()[:16]
-    for weather in config.weathers:
+    for cell in config.chosen_cells():
+        for seed in range(config.seed, config.seed + config.cell_seeds):
+            yield Job(
+                name=spec.name, kind=kind, path=spec.path, modality=spec.modality, threshold=threshold,
+                main=main, weather=cell.weather, seed=seed, aeb=aeb, env=env, setup=setup, suite=config.suite,
+                cell=cell.id,
+            )  # fmt: skip
+    for weather in () if config.suite else config.weathers:
         for seed in range(config.seed, config.seed + config.episodes):
             yield Job(
                 name=spec.name, kind=kind, path=spec.path, modality=spec.modality, threshold=threshold,
@@ -181,7 +216,7 @@ def _episodes(
 
 
 def _row_key(row: dict[str, Any]) -> tuple[Any, ...]:
-    return row["detector"], row["threshold"], row["weather"], row["seed"], row["setup"]
+    return row["detector"], row["threshold"], row["weather"], row["seed"], row["setup"], row.get("cell", "")
 
 
 def _provenance(config: EvaluateConfig, specs: Sequence[DetectorSpec]) -> dict[str, Any]:

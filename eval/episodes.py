@@ -100,6 +100,7 @@ def play(
     *,
     seed: int,
     weather: str,
+    cell: str = "",
     watch: Callable[[Trace, Mapping[str, np.ndarray]], None] | None = None,
 ) -> Trace:
     """Play the episode of ``seed`` in ``weather`` to its end.
@@ -110,11 +111,13 @@ def play(
         policy: Decides on it.
         seed: Of the episode.
         weather: A preset's name.
+        cell: Of a suite, whose weather it then is: ``weather`` is not used.
         watch: Called with the trace so far and the observation, after the reset and after every step.
     """
     begin_s = time.perf_counter()
     trace = Trace()
-    observation, info = env.reset(seed=seed, options={"weather": weather})
+    options = {"cell": cell} if cell else {"weather": weather}
+    observation, info = env.reset(seed=seed, options=options)
     source.reset(seed)
     policy.reset(seed)
     trace.infos.append(info)
@@ -143,8 +146,9 @@ def summarise_trace(trace: Trace) -> dict[str, Any]:
     time_s = _column(trace, "time_s")
     label = _column(trace, "crossing") > 0
     speed = _column(trace, "speed_mps")
+    reason = label | (_column(trace, "conflict") > 0)
     false = false_braking_steps(
-        time_s, _column(trace, "acceleration_mps2"), label, _column(trace, "crossing_in_s")
+        time_s, _column(trace, "acceleration_mps2"), reason, _column(trace, "crossing_in_s")
     )  # fmt: skip
     distance = _column(trace, "distance_m")
     collided = str(last["outcome"]) == Outcome.COLLISION
@@ -164,6 +168,9 @@ def summarise_trace(trace: Trace) -> dict[str, Any]:
         "first_label_s": math.nan if first_label is None else float(time_s[first_label]),
         "label_distance_m": math.nan if first_label is None else float(distance[first_label]),
         "first_brake_s": float(time_s[:-1][braking][0]) if braking.any() else math.nan,
+        "brake_ttc_s": float(_column(trace, "ttc_s")[:-1][braking][0]) if braking.any() else math.nan,
+        "min_pet_s": float(last["pet_s"]),
+        "peak_drac_mps2": float(_column(trace, "drac_mps2").max()),
         "brake_delay_s": _brake_delay_s(time_s[:-1], braking, first_label),
         "peak_deceleration_mps2": float(max(0.0, -_column(trace, "acceleration_mps2").min())),
         "false_braking": bool(false.any()),
@@ -178,23 +185,24 @@ def summarise_trace(trace: Trace) -> dict[str, Any]:
 
 
 def false_braking_steps(
-    time_s: np.ndarray, acceleration_mps2: np.ndarray, label: np.ndarray, crossing_in_s: np.ndarray
+    time_s: np.ndarray, acceleration_mps2: np.ndarray, reason: np.ndarray, crossing_in_s: np.ndarray
 ) -> np.ndarray:
     """Steps at which the car brakes by 0.25 g or more for nobody.
 
-    Nobody: no crossing is labelled now or was in the last second, and nobody steps out within the next.
+    Nobody: there is no reason now nor was one in the last second, and nobody steps out within the next. A reason is a
+    labelled crossing, or a conflict: who stands in the lane or walks along it, a car ahead.
 
     Args:
         time_s: (N,) ascending.
         acceleration_mps2: (N,) actual acceleration.
-        label: (N,) bool.
+        reason: (N,) bool.
         crossing_in_s: (N,) time until somebody steps onto the carriageway; inf: never.
 
     Returns:
         (N,) bool.
     """
-    last_label_s = np.maximum.accumulate(np.where(label, time_s, -np.inf))
-    recent = time_s - last_label_s <= EXCUSE_S + 1e-6
+    last_reason_s = np.maximum.accumulate(np.where(reason, time_s, -np.inf))
+    recent = time_s - last_reason_s <= EXCUSE_S + 1e-6
     soon = crossing_in_s <= EXCUSE_S
     return (acceleration_mps2 <= -FALSE_BRAKING_MPS2) & ~recent & ~soon
 

@@ -15,10 +15,12 @@ import gymnasium
 
 from agents import AebConfig, AebPolicy, make_control
 from eval.episodes import ControlSource, DetectorSource, Source, play, summarise_trace
+from eval.verdicts import judge
 from pedcross_env.config import EnvConfig
 from pedcross_env.errors import DataError
+from pedcross_env.scenario.suites import suite
 
-__all__ = ["EnvFactory", "Job", "Loader", "make_env", "play_jobs"]
+__all__ = ["EnvFactory", "Job", "Loader", "make_env", "make_suite_env", "play_jobs"]
 
 EnvFactory = Callable[[EnvConfig], gymnasium.Env[Any, Any]]
 Loader = Callable[[str], Any]
@@ -39,16 +41,25 @@ class Job:
     aeb: AebConfig
     env: EnvConfig
     setup: str
+    suite: str = ""  # where a cell of a suite is played
+    cell: str = ""
 
     @property
     def key(self) -> tuple[Any, ...]:
         """What makes a row this job's and no other's."""
-        return self.name, self.threshold, self.weather, self.seed, self.setup
+        return self.name, self.threshold, self.weather, self.seed, self.setup, self.cell
 
 
 def make_env(config: EnvConfig) -> gymnasium.Env[Any, Any]:
     """The environment by its registered id, so that a worker needs no import of its own."""
     return gymnasium.make("pedcross_env:pedcross/Crossing-v0", config=config, disable_env_checker=True)
+
+
+def make_suite_env(config: EnvConfig, suite: str) -> gymnasium.Env[Any, Any]:
+    """The environment of a suite by its registered id."""
+    return gymnasium.make(
+        "pedcross_env:pedcross/Suite-v0", suite=suite, config=config, disable_env_checker=True
+    )
 
 
 class _Player:
@@ -60,13 +71,15 @@ class _Player:
         self._detectors: dict[str, Any] = {}
 
     def __call__(self, job: Job) -> dict[str, Any]:
-        env_key = repr(job.env)
+        env_key = job.suite + repr(job.env)
         if env_key not in self._envs:
-            self._envs[env_key] = self._env_factory(job.env)
+            made = make_suite_env(job.env, job.suite) if job.suite else self._env_factory(job.env)
+            self._envs[env_key] = made
         trace = play(
-            self._envs[env_key], self._source(job), AebPolicy(job.aeb), seed=job.seed, weather=job.weather
+            self._envs[env_key], self._source(job), AebPolicy(job.aeb), seed=job.seed, weather=job.weather,
+            cell=job.cell,
         )  # fmt: skip
-        return {
+        row = {
             "detector": job.name,
             "kind": job.kind,
             "modality": job.modality,
@@ -75,8 +88,13 @@ class _Player:
             "weather": job.weather,
             "seed": job.seed,
             "setup": job.setup,
+            "suite": job.suite,
+            "cell": job.cell,
             **summarise_trace(trace),
         }
+        if job.suite:
+            row |= judge(suite(job.suite).cell(job.cell), row)
+        return row
 
     def _source(self, job: Job) -> Source:
         if job.kind == "control":

@@ -34,7 +34,7 @@ def summarise(rows: Sequence[Row], *, seed: int = 0) -> list[Row]:
         Rows in the order of ``rows``: sources, then groups. Rates are nan where they have no denominator.
         Avoided, caused and ``mcnemar_p`` compare crossing episodes with "never" on the same seed and weather.
     """
-    never = {(row["weather"], row["seed"]): row for row in rows if row["detector"] == "never"}
+    never = {_episode(row): row for row in rows if row["detector"] == "never"}
     keys = dict.fromkeys((row["detector"], row["threshold"], group_of(row["weather"])) for row in rows)
     result = []
     for detector, threshold, group in keys:
@@ -49,19 +49,25 @@ def summarise(rows: Sequence[Row], *, seed: int = 0) -> list[Row]:
     return result
 
 
-def _collisions(rows: Sequence[Row], never: dict[tuple[str, int], Row], seed: int) -> Row:
+def _episode(row: Row) -> tuple[str, str, int]:
+    """What was played, whoever drove."""
+    return row.get("cell", ""), row["weather"], row["seed"]
+
+
+def _cluster(row: Row) -> Any:
+    """Episodes that are not independent: one seed in several weathers, one cell with several seeds."""
+    return row.get("cell") or row["seed"]
+
+
+def _collisions(rows: Sequence[Row], never: dict[tuple[str, str, int], Row], seed: int) -> Row:
     crossing = [row for row in rows if row["is_crossing"]]
     hits = [row for row in crossing if row["collision"]]
     speeds = np.array([row["impact_speed_mps"] for row in hits])
     low, high = wilson_interval(len(hits), len(crossing))
     speed_interval = clustered_bootstrap(
-        lambda w: float(np.average(speeds, weights=w)), [row["seed"] for row in hits], seed=seed
+        lambda w: float(np.average(speeds, weights=w)), [_cluster(row) for row in hits], seed=seed
     )  # fmt: skip
-    pairs = [
-        (row, never[row["weather"], row["seed"]])
-        for row in crossing
-        if (row["weather"], row["seed"]) in never
-    ]
+    pairs = [(row, never[_episode(row)]) for row in crossing if _episode(row) in never]
     avoided = sum(base["collision"] and not row["collision"] for row, base in pairs)
     caused = sum(row["collision"] and not base["collision"] for row, base in pairs)
     slower = [base["impact_speed_mps"] - row["impact_speed_mps"]
@@ -131,7 +137,7 @@ def compare(rows: Sequence[Row]) -> list[Row]:
     result = []
     for group in dict.fromkeys(group_of(row["weather"]) for row in main):
         hit = {
-            (row["detector"], row["weather"], row["seed"]): bool(row["collision"])
+            (row["detector"], *_episode(row)): bool(row["collision"])
             for row in main
             if group_of(row["weather"]) == group
         }

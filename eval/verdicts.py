@@ -1,0 +1,96 @@
+"""What a protocol says of an episode: its cell's goal, judged on the episode's row."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pedcross_env.scenario.suites.cell import Cell
+
+__all__ = ["VERDICT_KEYS", "by_scenario", "judge"]
+
+SLOWED_KMH = 1.0
+"""From here on an impact counts as slowed; the protocol names no number."""
+
+_ROUNDING_KMH = 1e-6
+VERDICT_KEYS = ("goal", "passed", "points", "verdict_certain")
+
+Row = dict[str, Any]
+
+
+def judge(cell: Cell, row: Mapping[str, Any]) -> Row:
+    """Judge an episode.
+
+    Args:
+        cell: What was played.
+        row: Of ``eval.episodes.summarise_trace``.
+
+    Returns:
+        ``goal``: in words; ``passed``: whether it is reached, for points whether all are won; ``points``: 0 to 1 of
+        the cell; ``verdict_certain``: whether the protocol states this rule for this cell, see the cell's provenance.
+    """
+    goal, hit = cell.goal, bool(row["collision"])
+    impact_kmh = 3.6 * float(row["impact_speed_mps"]) if hit else 0.0
+    if goal.kind == "points":
+        points = next((won for limit, won in goal.points if impact_kmh <= limit + _ROUNDING_KMH), 0.0)
+        points = points if hit else 1.0
+        certain = goal.certain or not hit
+        return _verdict(cell, points == 1.0, points, certain)
+    if goal.kind == "impact-speed":
+        passed = impact_kmh <= goal.limit + _ROUNDING_KMH
+    elif goal.kind == "speed-reduction":
+        passed = impact_kmh <= cell.ego_kmh - SLOWED_KMH
+    elif goal.kind == "reaction":
+        passed = float(row["brake_ttc_s"]) >= goal.limit  # nan, never braked, is not
+    elif goal.kind == "no-braking":
+        passed = not hit and float(row["peak_deceleration_mps2"]) < goal.limit
+    else:
+        passed = not hit
+    return _verdict(cell, passed, float(passed), goal.certain)
+
+
+def _verdict(cell: Cell, passed: bool, points: float, certain: bool) -> Row:
+    return {"goal": str(cell.goal), "passed": passed, "points": points, "verdict_certain": certain}
+
+
+def by_scenario(rows: Sequence[Row]) -> list[Row]:
+    """Sum up the verdicts of each source by scenario: cells of one scenario, impact point and variant.
+
+    Args:
+        rows: Of ``eval.closed_loop.evaluate`` on a suite.
+
+    Returns:
+        Rows with detector, threshold, main, scenario (a cell's id without its speed), episodes, passed, points (their
+        sum), uncertain (how many verdicts), worst_impact_kmh (0: no contact) and fastest_passed_kmh: up to which ego
+        speed all episodes passed, 0 for none.
+    """
+    groups: dict[tuple[str, float, str], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((row["detector"], row["threshold"], _scenario(row["cell"])), []).append(row)
+    found = []
+    for (detector, threshold, scenario), own in groups.items():
+        failed = [row["initial_speed_mps"] for row in own if not row["passed"]]
+        slower = [
+            row["initial_speed_mps"] for row in own if row["initial_speed_mps"] < min(failed, default=1e9)
+        ]
+        impacts = [row["impact_speed_mps"] for row in own if row["collision"]]
+        found.append(
+            {
+                "detector": detector,
+                "threshold": threshold,
+                "main": own[0]["main"],
+                "scenario": scenario,
+                "episodes": len(own),
+                "passed": sum(bool(row["passed"]) for row in own),
+                "points": float(sum(row["points"] for row in own)),
+                "uncertain": sum(not row["verdict_certain"] for row in own),
+                "worst_impact_kmh": 3.6 * max(impacts, default=0.0),
+                "fastest_passed_kmh": 3.6 * max(slower, default=0.0),
+            }
+        )
+    return found
+
+
+def _scenario(cell_id: str) -> str:
+    parts = cell_id.split("/")
+    return "/".join([parts[0], *parts[2:]])

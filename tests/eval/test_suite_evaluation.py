@@ -1,0 +1,124 @@
+"""A suite driven by the controls, and what the protocols say of it."""
+
+import math
+
+import pytest
+
+from eval.closed_loop import EvaluateConfig, evaluate
+from eval.summary import summarise
+from eval.verdicts import by_scenario, judge
+from pedcross_env.errors import ConfigError
+from pedcross_env.scenario.suites import suite
+
+
+def run(out, name, cells, controls=("never", "always", "oracle"), **settings):
+    config = EvaluateConfig(out=out, suite=name, cells=cells, controls=controls, workers=1, **settings)
+    return evaluate(config, specs=[]).rows
+
+
+def of(rows, detector, cell):
+    return next(row for row in rows if row["detector"] == detector and row["cell"] == cell)
+
+
+@pytest.fixture(scope="module")
+def r152(tmp_path_factory):
+    return run(tmp_path_factory.mktemp("out"), "un-r152", ("PED-50/20", "PED-50/60", "PED-50/42/01"))
+
+
+def test_who_never_brakes_fails_every_cell_at_full_speed_and_who_always_brakes_none(r152):
+    assert len(r152) == 9
+    for cell, speed in (("PED-50/20", 20), ("PED-50/60", 60), ("PED-50/42/01", 42)):
+        never, always = of(r152, "never", cell), of(r152, "always", cell)
+        assert (never["passed"], never["outcome"]) == (False, "collision")
+        assert 3.6 * never["impact_speed_mps"] == pytest.approx(speed)
+        assert (always["passed"], always["points"]) == (True, 1.0)
+        assert never["suite"] == "un-r152"
+
+
+def test_a_stopped_run_is_completed(tmp_path):
+    first = run(tmp_path, "un-r152", ("PED-50/20",))
+    config = EvaluateConfig(
+        out=tmp_path, suite="un-r152", cells=("PED-50/2*",), controls=("never", "always", "oracle"), workers=1
+    )
+    report = evaluate(config, specs=[])
+    assert (report.already_there, report.played) == (3, 9)  # 20 and 25 by both tables
+    assert first[0]["wall_s"] in [row["wall_s"] for row in report.rows]  # not played again
+
+
+def test_the_summary_tells_cells_of_one_weather_and_seed_apart(r152):
+    never = next(row for row in summarise(r152) if row["detector"] == "always")
+    assert (never["crossings"], never["never_collisions"], never["avoided"]) == (3, 3, 3)
+
+
+def test_scenarios_sum_up_their_cells(r152):
+    rows = {(row["detector"], row["scenario"]): row for row in by_scenario(r152)}
+    plain = rows["never", "PED-50"]
+    assert (plain["episodes"], plain["passed"], plain["points"]) == (2, 0, 0.0)
+    assert plain["worst_impact_kmh"] == pytest.approx(60)
+    assert plain["fastest_passed_kmh"] == 0.0
+    assert rows["always", "PED-50"]["fastest_passed_kmh"] == pytest.approx(60)
+    assert rows["always", "PED-50/01"]["episodes"] == 1
+
+
+def test_braking_for_who_stands_or_walks_in_the_lane_is_not_false_and_between_parked_cars_it_is(tmp_path):
+    rows = run(
+        tmp_path, "fmvss-127", ("PED-STANDING-25/30", "PED-ALONG-25/30", "FALSE-GAP/80"), ("always", "never")
+    )
+    gap = of(rows, "always", "FALSE-GAP/80")
+    assert (gap["passed"], gap["false_braking"], gap["outcome"]) == (False, True, "timeout")
+    assert of(rows, "never", "FALSE-GAP/80")["passed"]
+    assert not of(rows, "never", "PED-STANDING-25/30")["passed"]
+    assert not of(rows, "never", "PED-ALONG-25/30")["false_braking"]
+
+
+def row(impact_kmh=None, **facts):
+    hit = impact_kmh is not None
+    speed = impact_kmh / 3.6 if hit else math.nan
+    return {
+        "collision": hit,
+        "impact_speed_mps": speed,
+        "peak_deceleration_mps2": 0.0,
+        "brake_ttc_s": math.nan,
+    } | facts
+
+
+@pytest.mark.parametrize(
+    ("name", "cell", "episode", "passed", "points", "certain"),
+    [
+        ("euro-ncap-2026", "CPFA-50/60", row(), True, 1.0, True),
+        ("euro-ncap-2026", "CPFA-50/60", row(10.0), False, 0.75, True),
+        ("euro-ncap-2026", "CPFA-50/60", row(20.1), False, 0.25, True),
+        ("euro-ncap-2026", "CPFA-50/60", row(30.1), False, 0.0, True),
+        ("euro-ncap-2026", "CPFA-50/40", row(9.0), False, 0.75, False),
+        ("euro-ncap-2026", "CPFA-50/40", row(), True, 1.0, True),
+        ("euro-ncap-2026", "CPNA-75/20/ped3", row(19.5), False, 0.0, True),
+        ("euro-ncap-2026", "CPNA-75/20/ped3", row(18.0), True, 1.0, True),
+        ("euro-ncap-2026", "CPLA-25/50/warning", row(50.0, brake_ttc_s=1.71), True, 1.0, True),
+        ("euro-ncap-2026", "CPLA-25/50/warning", row(brake_ttc_s=1.69), False, 0.0, True),
+        ("euro-ncap-2026", "CPLA-25/50/warning", row(50.0), False, 0.0, True),
+        ("euro-ncap-2026", "CPTA-far-50/20", row(1.0), False, 0.0, True),
+        ("un-r152", "PED-50/60", row(45.0), True, 1.0, True),
+        ("un-r152", "PED-50/60/01", row(45.0), False, 0.0, True),
+        ("un-r152", "PED-50/30", row(0.5), False, 0.0, True),
+        ("fmvss-127", "PED-RIGHT-50/60", row(0.5), False, 0.0, True),
+        ("fmvss-127", "FALSE-GAP/80", row(peak_deceleration_mps2=2.4), True, 1.0, True),
+        ("fmvss-127", "FALSE-GAP/80", row(peak_deceleration_mps2=2.5), False, 0.0, True),
+    ],
+)
+def test_verdicts_are_the_protocols(name, cell, episode, passed, points, certain):
+    verdict = judge(suite(name).cell(cell), episode)
+    assert (verdict["passed"], verdict["points"], verdict["verdict_certain"]) == (passed, points, certain)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"suite": "r152"}, "Did you mean 'un-r152'"),
+        ({"suite": "un-r152", "cells": ("PED-51/20",)}, "Did you mean 'PED-50/20'"),
+        ({"cells": ("PED-50/20",)}, "given with a suite only"),
+        ({"suite": "un-r152", "cell_seeds": 0}, "cell_seeds = 0"),
+    ],
+)
+def test_unknown_suites_and_cells_are_refused_by_name(tmp_path, settings, message):
+    with pytest.raises(ConfigError, match=message):
+        EvaluateConfig(out=tmp_path, **settings)
