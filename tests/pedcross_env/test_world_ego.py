@@ -107,3 +107,42 @@ def test_the_nose_dives_smoothly_under_braking() -> None:
 def test_friction_out_of_range_is_named() -> None:
     with pytest.raises(ConfigError, match="friction = 0"):
         EgoMotion(EgoConfig(), friction=0.0, x_m=0.0, speed_mps=1.0)
+
+
+@pytest.mark.parametrize("policy_hz", [7, 30])
+@pytest.mark.parametrize("build_up_s", [0.0, 0.2, 0.4])
+@pytest.mark.parametrize(("latency_s", "friction"), [(0.1, 0.85), (0.3, 0.4)])
+def test_stopping_distance_is_latency_build_up_and_v2_over_2a(
+    latency_s: float, friction: float, build_up_s: float, policy_hz: int
+) -> None:
+    """v (latency + ramp / 2) + v^2 / 2a - a ramp^2 / 24 for a ramp of constant rate: exact."""
+    speed, jerk = 14.0, 1e5
+    config = EgoConfig(latency_s=latency_s, jerk_mps3=jerk, build_up_s=build_up_s)
+    braking = min(config.max_deceleration_mps2, friction * GRAVITY_MPS2)
+    rate = min(jerk, config.max_deceleration_mps2 / build_up_s if build_up_s else jerk)
+    ramp_s = braking / rate
+    motion = EgoMotion(config, friction=friction, x_m=0.0, speed_mps=speed)
+    drive(motion, [-9.0] * 12 * policy_hz, policy_hz)
+    expected = speed * (latency_s + 0.5 * ramp_s) + speed**2 / (2 * braking) - braking * ramp_s**2 / 24
+    assert motion.state(12.0).x_m == pytest.approx(expected, abs=1e-9)
+
+
+def test_abs_brakes_at_the_roads_limit_and_locked_wheels_below_it() -> None:
+    for abs_on, share in ((True, 1.0), (False, 0.75)):
+        motion = EgoMotion(EgoConfig(abs=abs_on), friction=0.5, x_m=0.0, speed_mps=20.0)
+        drive(motion, [-9.0] * 45)
+        assert motion.state(1.5).acceleration_mps2 == pytest.approx(-share * 0.5 * GRAVITY_MPS2)
+        gentle = EgoMotion(EgoConfig(abs=abs_on), friction=0.5, x_m=0.0, speed_mps=20.0)
+        drive(gentle, [-4.0] * 45)
+        assert gentle.state(1.5).acceleration_mps2 == pytest.approx(-4.0)
+
+
+def test_braking_builds_up_at_its_own_rate_and_the_throttle_goes_first() -> None:
+    config = EgoConfig(latency_s=0.0, build_up_s=0.9, jerk_mps3=30.0)
+    motion = EgoMotion(config, friction=0.95, x_m=0.0, speed_mps=20.0)
+    drive(motion, [3.0] * 30)
+    motion.begin(-9.0)
+    motion.advance(2.0)
+    assert motion.state(1.1).acceleration_mps2 == pytest.approx(0.0)
+    assert motion.state(1.1 + 0.45).acceleration_mps2 == pytest.approx(-4.5)
+    assert motion.state(2.0).acceleration_mps2 == pytest.approx(-9.0)
