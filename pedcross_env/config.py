@@ -16,7 +16,8 @@ from pedcross_env.sensors.dvs_config import DvsConfig, dvs_preset
 
 __all__ = [
     "BehaviourConfig", "CAMERA_PRESETS", "CameraConfig", "DvsConfig", "EgoConfig", "EnvConfig", "LabelConfig",
-    "RewardConfig", "RgbConfig", "TrafficConfig", "WorldConfig", "camera_preset", "from_mapping", "require",
+    "RewardConfig", "RgbConfig", "TrafficConfig", "WindscreenConfig", "WorldConfig", "camera_preset",
+    "from_mapping", "require",
 ]  # fmt: skip
 
 T = TypeVar("T")
@@ -388,6 +389,20 @@ class RewardConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class WindscreenConfig:
+    """What rain leaves on the glass before the camera; both cameras see it. See weather.windscreen."""
+
+    drops: bool = False  # drops that strike the glass, stick, run, and are wiped off
+    wiper: Literal["auto", "off"] = (
+        "auto"  # as fast as the rain asks for, or none: drops run off by themselves
+    )
+
+    def __post_init__(self) -> None:
+        if self.wiper not in ("auto", "off"):
+            raise unknown_name("wiper", self.wiper, ("auto", "off"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class EnvConfig:
     """All settings of the environment."""
 
@@ -404,6 +419,7 @@ class EnvConfig:
     camera: CameraConfig = field(default_factory=CameraConfig)
     rgb: RgbConfig = field(default_factory=RgbConfig)
     dvs: DvsConfig = field(default_factory=DvsConfig)
+    windscreen: WindscreenConfig = field(default_factory=WindscreenConfig)
     ego: EgoConfig = field(default_factory=EgoConfig)
     world: WorldConfig = field(default_factory=WorldConfig)
     traffic: TrafficConfig = field(default_factory=TrafficConfig)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from pedcross_env.camera import Renderer, camera_pose
-from pedcross_env.config import CameraConfig
+from pedcross_env.config import EnvConfig
 from pedcross_env.contracts import Frame, Snapshot
-from pedcross_env.weather import Lightning, Precipitation, Weather
+from pedcross_env.weather import Lightning, Precipitation, Weather, Windscreen
 from pedcross_env.world import World
 
 __all__ = ["View"]
@@ -24,12 +26,26 @@ class View:
     """
 
     def __init__(
-        self, camera: CameraConfig, renderer: Renderer, world: World, weather: Weather, weather_seed: int
-    ) -> None:
+        self, config: EnvConfig, renderer: Renderer, world: World, weather: Weather, weather_seed: int,
+        memory: Any = None,
+    ) -> None:  # fmt: skip
+        camera = config.camera
         self.world, self.camera, self.renderer = world, camera, renderer
         renderer.load(world.scenario.street, weather)
         self._precipitation = Precipitation(weather, weather_seed)
         self.lightning = Lightning(weather, weather_seed)
+        self._windscreen = Windscreen(weather, config.windscreen, weather_seed, memory)
+        if memory is None:
+            self.drive()
+
+    @property
+    def memory(self) -> Any:
+        """All that the next picture depends on, besides world and weather."""
+        return self._windscreen.memory
+
+    def drive(self) -> None:
+        """Follow the world to its present time: rain strikes the windscreen on the way."""
+        self._windscreen.drive(self.world.time_s, self.world.ego.speed_mps)
 
     def render(self, snapshot: Snapshot, flash_lx: float) -> Frame:
         """Render everything at one moment: radiance, depth and ids, without precipitation."""
@@ -42,10 +58,12 @@ class View:
     def precipitate(
         self, frame: Frame, snapshot: Snapshot, exposure_s: float, depth: np.ndarray | None = None
     ) -> None:
-        """Draw the rain and the snow of an exposure centred on ``snapshot`` into ``frame``."""
+        """Draw the rain and the snow of an exposure centred on ``snapshot`` into ``frame``, and drops on the glass."""
         if not self._precipitation.falls:
             return
+        pose = camera_pose(self.camera, snapshot.ego)
         self._precipitation.draw(
-            frame, camera_pose(self.camera, snapshot.ego), snapshot.time_s, exposure_s, self.world.ego.speed_mps,
+            frame, pose, snapshot.time_s, exposure_s, self.world.ego.speed_mps,
             depth=depth, beam=self.renderer.own_beam(snapshot),
         )  # fmt: skip
+        self._windscreen.draw(frame, pose, snapshot.time_s)

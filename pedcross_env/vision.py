@@ -75,7 +75,7 @@ class Vision:
         """Load the street, look at it once and return the first sight (no events yet)."""
         config = self._config
         self._world = world
-        self._view = View(config.camera, self._renderer, world, weather, weather_seed)
+        self._view = View(config, self._renderer, world, weather, weather_seed)
         self._sensor_seed = sensor_seed
         self._frame_index = 0
         self._depth: np.ndarray | None = None
@@ -89,14 +89,14 @@ class Vision:
     def memory(self) -> Any:
         """All that the next look depends on, besides world and weather."""
         events = None if self._events is None else self._events.memory
-        return self._sensor_seed, self._frame_index, self._depth, self._rgb_state, events
+        return self._sensor_seed, self._frame_index, self._depth, self._rgb_state, events, self._view.memory
 
     def resume(self, world: World, weather: Weather, *, weather_seed: int, memory: Any) -> None:
         """Go on where another vision of the same config left off."""
         config = self._config
         self._world = world
-        self._view = View(config.camera, self._renderer, world, weather, weather_seed)
-        self._sensor_seed, self._frame_index, self._depth, self._rgb_state, events = memory
+        self._sensor_seed, self._frame_index, self._depth, self._rgb_state, events, seen = memory
+        self._view = View(config, self._renderer, world, weather, weather_seed, seen)
         self._events = None
         if events is not None:
             self._events = EventVision(config, self._view, self._sensor_seed, events)
@@ -114,6 +114,7 @@ class Vision:
     def look(self, start_s: float, end_s: float) -> Sight:
         """Sense the policy step from ``start_s`` to ``end_s``."""
         after = self._world.snapshot(end_s)
+        self._view.drive()
         sensed = None
         if self._events is not None:
             sensed = self._events.look(self._world.snapshot(start_s), after, self._depth)

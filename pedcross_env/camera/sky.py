@@ -13,7 +13,7 @@ from pedcross_env.weather.weather import Weather
 
 __all__ = ["Sky"]
 
-NODE_RAD = 0.01  # between nodes at which clouds are computed, at least four pixels
+NODE_RAD = 0.017  # between nodes at which clouds are computed, at least four pixels
 SUN_SHARE = 0.6  # of the sun's own colour in that of clouds
 
 

@@ -13,8 +13,9 @@ from pedcross_env.weather.presets import (
     weather_names,
 )
 from pedcross_env.weather.weather import Weather
+from pedcross_env.weather.windscreen import Windscreen
 
 __all__ = [
-    "BAD_WEATHERS", "CarlaWeather", "Lightning", "Precipitation", "WEATHERS", "Weather", "as_weather", "make_weather",
-    "register_weather", "weather_by_name", "weather_names",
+    "BAD_WEATHERS", "CarlaWeather", "Lightning", "Precipitation", "WEATHERS", "Weather", "Windscreen", "as_weather",
+    "make_weather", "register_weather", "weather_by_name", "weather_names",
 ]  # fmt: skip
