@@ -28,7 +28,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from pedcross_env import __version__
-from pedcross_env.config import CameraConfig, EnvConfig, TrafficConfig, require
+from pedcross_env.config import CameraConfig, DvsConfig, EnvConfig, TrafficConfig, require
 from pedcross_env.contracts import INFO_KEYS, MODALITIES, Modality
 from pedcross_env.errors import ConfigError, DataError, unknown_name
 from pedcross_env.sensors.event_files import write_events
@@ -60,12 +60,16 @@ class GenerateConfig:
     """Episode seeds are derived from it; no two subsets share one."""
     events: bool = False
     """Also write each video's raw events as npz."""
+    event_causes: bool = False
+    """Beside them, what made each event (an actor's id, a StaticClass or an EventCause) as <video>_causes.npy."""
     jpeg_quality: int = 92
     """Of the RGB images, 1 to 100; low ones add the artefacts of a compressed stream."""
     workers: int = 0
     """Processes; 0: one per core."""
     traffic: TrafficConfig = field(default_factory=TrafficConfig)
     camera: CameraConfig = field(default_factory=CameraConfig)
+    dvs: DvsConfig = field(default_factory=lambda: DvsConfig(max_subframes=None))
+    """Unlike while driving, its renders have no cap: the image never moves by more than a pixel between two."""
 
     def __post_init__(self) -> None:
         require(self.videos >= 1, "videos", self.videos, "1 or more")
@@ -77,6 +81,9 @@ class GenerateConfig:
             "events",
             self.events,
             "False unless 'dvs' is recorded",
+        )
+        require(
+            not self.event_causes or self.events, "event_causes", True, "False unless events are recorded"
         )
         require(1 <= self.jpeg_quality <= 100, "jpeg_quality", self.jpeg_quality, "1 to 100")
         require(self.workers >= 0, "workers", self.workers, "0 or more")
@@ -228,7 +235,7 @@ def _is_complete(video: _Video) -> bool:
         table = pq.read_table(video.manifest)
     except (pa.ArrowInvalid, OSError):
         return False
-    names = [column for column in (*MODALITIES, "events") if column in table.column_names]
+    names = [column for column in (*MODALITIES, "events", "event_causes") if column in table.column_names]
     return all(
         (video.root / path).is_file() for name in names for path in set(table.column(name).to_pylist())
     )
@@ -243,8 +250,10 @@ def _record(config: GenerateConfig, video: _Video) -> None:
         modalities=config.modalities,
         weather=(video.weather,),
         return_events=config.events,
+        label_events=config.event_causes,
         traffic=config.traffic,
         camera=config.camera,
+        dvs=config.dvs,
     )
     env = CrossingEnv(env_config)
     for modality in config.modalities:
@@ -256,10 +265,12 @@ def _record(config: GenerateConfig, video: _Video) -> None:
     actions = recording_actions(video.seed, steps, env_config.world.policy_hz)
     rows: list[dict[str, Any]] = []
     events: list[np.ndarray] = []
+    causes: list[np.ndarray] = []
     for frame, action in enumerate(actions):
         observation, _, terminated, truncated, info = env.step(np.array([action], np.float32))
         rows.append(_write_frame(config, video, frame, observation, info))
         events.append(info.pop("events", np.empty(0)))
+        causes.append(info.pop("event_causes", np.empty(0)))
         if terminated or truncated:
             break
     env.close()
@@ -268,8 +279,17 @@ def _record(config: GenerateConfig, video: _Video) -> None:
         path.parent.mkdir(exist_ok=True)
         shape = config.camera.height_px, config.camera.width_px
         write_events(path, np.concatenate(events), shape=shape)
+        if config.event_causes:
+            beside = path.with_name(f"{video.name}_causes.npy")
+            _replace(beside, lambda temporary: _save_array(temporary, np.concatenate(causes)))
+            rows = [row | {"event_causes": str(beside.relative_to(video.root))} for row in rows]
         rows = [row | {"events": str(path.relative_to(video.root))} for row in rows]
     _replace(video.manifest, lambda temporary: pq.write_table(pa.Table.from_pylist(rows), temporary))
+
+
+def _save_array(path: Path, array: np.ndarray) -> None:
+    with path.open("wb") as file:  # np.save appends a suffix to names
+        np.save(file, array)
 
 
 def _write_frame(

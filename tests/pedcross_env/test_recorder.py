@@ -32,7 +32,7 @@ def digests(root: Path) -> dict[str, str]:
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory) -> Path:
     root = tmp_path_factory.mktemp("dataset")
-    generate(config(root, events=True))
+    generate(config(root, events=True, event_causes=True))
     return root
 
 
@@ -59,20 +59,33 @@ def test_png_holds_the_counts_of_the_raw_events(dataset):
     assert total == len(events)
 
 
+def test_every_recorded_event_has_its_cause(dataset):
+    for path in sorted(dataset.glob("*_events/*.npz")):
+        causes = np.load(path.with_name(f"{path.stem}_causes.npy"))
+        assert causes.dtype == np.int32
+        assert len(causes) == len(np.load(path)["events"])
+
+
+def test_recordings_never_let_the_image_move_by_more_than_a_pixel_between_renders(dataset):
+    table = pq.read_table(dataset / "manifest.parquet").to_pylist()
+    assert max(row["flow_px"] for row in table) <= 1.0
+    assert max(row["subframes"] for row in table) > 2
+
+
 def test_a_rerun_records_nothing_and_completes_what_is_missing_bit_for_bit(dataset):
     before = digests(dataset)
     kept = (
         dataset / "default_rgb" / "video_0001" / next((dataset / "default_rgb" / "video_0001").iterdir()).name
     )
     stamp = kept.stat().st_mtime_ns
-    assert generate(config(dataset, events=True)).recorded == 0
+    assert generate(config(dataset, events=True, event_causes=True)).recorded == 0
     lost = [p for p in sorted((dataset / "default_rgb" / "video_0001").iterdir()) if p != kept][:3]
     for path in lost:
         path.unlink()
     (dataset / "manifest" / "weather-video_0000.parquet").unlink()
     leftover = dataset / "weather_rgb" / "video_0000" / ".99-3-0.jpg"
     leftover.write_bytes(b"half an im")
-    report = generate(config(dataset, events=True))
+    report = generate(config(dataset, events=True, event_causes=True))
     assert (report.recorded, report.already_there) == (2, 2)
     assert not leftover.exists()
     assert digests(dataset) == before
@@ -81,7 +94,7 @@ def test_a_rerun_records_nothing_and_completes_what_is_missing_bit_for_bit(datas
 
 def test_other_settings_do_not_mix_into_a_dataset(dataset):
     with pytest.raises(ConfigError, match="seed: 0 there, 5 asked for"):
-        generate(config(dataset, events=True, seed=5))
+        generate(config(dataset, events=True, event_causes=True, seed=5))
 
 
 def test_unwritable_root_is_named(tmp_path):
