@@ -12,7 +12,7 @@ from pedcross_env.scenario.sampler import sample_crossing
 from pedcross_env.scenario.street import Crosswalk, StreetSpec
 from pedcross_env.world import World
 
-__all__ = ["generated_drive", "reference_scene", "reference_street"]
+__all__ = ["car", "generated_drive", "reference_scene", "reference_street", "walker"]
 
 EGO_MPS = 10.0
 STRIDE_M = 1.4
@@ -30,14 +30,14 @@ def _actor(**values: float) -> np.ndarray:
     return record
 
 
-def _car(ident: int, x: float, y: float, lights: float, **values: float) -> np.ndarray:
+def car(ident: int, x: float, y: float, lights: float, **values: float) -> np.ndarray:
     size = {"length": 4.5, "width": 1.8, "height": 1.5}
     return _actor(
         id=ident, kind=ActorKind.VEHICLE, x=x, y=y, headlight=lights, **{"seed": ident, **size, **values}
     )
 
 
-def _walker(ident: int, x: float, y: float, time_s: float, speed_mps: float, **values: float) -> np.ndarray:
+def walker(ident: int, x: float, y: float, time_s: float, speed_mps: float, **values: float) -> np.ndarray:
     return _actor(
         id=ident, kind=ActorKind.PEDESTRIAN, x=x, y=y + speed_mps * time_s, length=0.5, width=0.5,
         yaw=math.copysign(math.pi / 2, speed_mps), speed=abs(speed_mps), gait_stride=STRIDE_M,
@@ -56,14 +56,14 @@ def reference_scene(time_s: float, *, lights: float = 0.0, seed: int = 0, start_
     """
     k = 100 * seed
     others = [
-        _car(10, 16.0, -4.6, 0.0, seed=k + 10),
-        _car(11, 24.0, 4.6, 0.0, seed=k + 11, yaw=math.pi, model=1),
-        _car(12, 48.0 - 9.0 * time_s, 1.75, lights, seed=k + 12, yaw=math.pi, model=2, speed=9.0),
-        _car(13, 60.0 + 8.0 * time_s, -1.75, lights, seed=k + 13, model=1, speed=8.0),
-        _walker(20, 22.0, -2.5, time_s, 1.4, height=1.75, seed=k + 1),
-        _walker(21, 21.0, 3.0, time_s, -1.2, height=1.3, seed=k + 2, model=1),
+        car(10, 16.0, -4.6, 0.0, seed=k + 10),
+        car(11, 24.0, 4.6, 0.0, seed=k + 11, yaw=math.pi, model=1),
+        car(12, 48.0 - 9.0 * time_s, 1.75, lights, seed=k + 12, yaw=math.pi, model=2, speed=9.0),
+        car(13, 60.0 + 8.0 * time_s, -1.75, lights, seed=k + 13, model=1, speed=8.0),
+        walker(20, 22.0, -2.5, time_s, 1.4, height=1.75, seed=k + 1),
+        walker(21, 21.0, 3.0, time_s, -1.2, height=1.3, seed=k + 2, model=1),
     ]
-    ego = _car(1, start_m + EGO_MPS * time_s, -1.75, lights, speed=EGO_MPS)
+    ego = car(1, start_m + EGO_MPS * time_s, -1.75, lights, speed=EGO_MPS)
     return Snapshot(time_s, ego, np.array(others, ACTOR_DTYPE))
 
 

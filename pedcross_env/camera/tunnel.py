@@ -48,8 +48,8 @@ def cleared(scenery: Scenery, exit_m: float) -> Scenery:
 class Tunnel:
     """Encloses the carriageway and its sidewalks for all x below the exit.
 
-    Lamps light it evenly; daylight comes in as the portal is seen from within, 1 - d / sqrt(d^2 + r^2) of it d metres
-    from the exit, r^2 being the portal's area. What is inside keeps its shading and is dimmed as a whole.
+    Lamps light it evenly; daylight comes in as the portal is seen from the road and the walls (the ceiling as the road),
+    see kernels.tunnel.daylight_share. What is inside keeps its shading and is dimmed as a whole.
 
     Args:
         street: A straight one.
@@ -58,8 +58,7 @@ class Tunnel:
 
     def __init__(self, street: StreetSpec, exit_m: float) -> None:
         wall = street.facade_y_m - INSET_M
-        reach = float(np.sqrt(2 * wall * HEIGHT_M))
-        self._shape = (float(exit_m), -wall, wall, HEIGHT_M, reach)
+        self._shape = (float(exit_m), -wall, wall, HEIGHT_M)
 
     def enclose(
         self,

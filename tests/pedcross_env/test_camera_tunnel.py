@@ -10,7 +10,7 @@ import pytest
 from camera_scenes import STREET, pedestrian, renderer, snapshot
 
 from pedcross_env.camera import Renderer, camera_pose
-from pedcross_env.camera.kernels.tunnel import daylight_share
+from pedcross_env.camera.kernels.tunnel import CEILING, PORTAL_ALBEDO, ROAD, WALL, daylight_share
 from pedcross_env.camera.light import LUMA, light_of
 from pedcross_env.camera.tunnel import HEIGHT_M, INSET_M, TUNNEL_LX
 from pedcross_env.config import CameraConfig
@@ -62,8 +62,9 @@ def test_within_it_is_dark_and_there_is_no_sky() -> None:
     x = camera_pose(camera.config, scene.ego).origin[0] + frame.depth[near]
     light = light_of(grey)
     outside_lx = float((light.sky_lx * LUMA).sum())
-    reach = math.sqrt(2 * WALL_M * HEIGHT_M)
-    expected = TUNNEL_LX / outside_lx + np.array([daylight_share(float(20.0 - d), reach) for d in x])
+    expected = TUNNEL_LX / outside_lx + np.array(
+        [daylight_share(float(20.0 - d), WALL_M, HEIGHT_M, ROAD) for d in x]
+    )
     ratio = frame.luminance[near] / plain.luminance[near]
     assert np.isclose(ratio, expected, rtol=0.01).mean() > 0.97
 
@@ -90,11 +91,29 @@ def test_past_the_exit_nothing_is_left_of_it() -> None:
     )  # shadows of trees that are gone
 
 
-def test_daylight_fades_into_the_tunnel_as_the_portals_size_says() -> None:
-    shares = [daylight_share(float(d), 8.0) for d in range(0, 200, 5)]
-    assert shares[0] == 1.0
-    assert shares == sorted(shares, reverse=True)
-    assert daylight_share(150.0, 8.0) == pytest.approx(8.0**2 / (2 * 150.0**2), rel=0.01)
+@pytest.mark.parametrize("surface", [ROAD, WALL, CEILING])
+def test_daylight_fades_into_the_tunnel_as_the_portal_is_seen(surface: int) -> None:
+    """The view factor of the portal by adding up its small areas: cos cos / (pi r^2) each."""
+    half, height = 9.0, 5.2
+    y, z = np.meshgrid(*((np.arange(400) + 0.5) / 400 * size for size in (2 * half, height)), indexing="ij")
+    area = (2 * half / 400) * (height / 400)
+    for inside in (8.0, 15.0, 40.0):
+        if surface == WALL:  # stands at y = 0, half the portal's height up
+            towards, away2 = y, inside**2 + y**2 + (z - height / 2) ** 2
+        else:  # lies at z = 0 before the middle; the ceiling is its mirror image
+            towards, away2 = z, inside**2 + (y - half) ** 2 + z**2
+        factor = (towards * inside / (np.pi * away2**2)).sum() * area
+        share = daylight_share(inside, half, height, surface)
+        assert share == pytest.approx(PORTAL_ALBEDO * factor, rel=2e-3)
+
+
+def test_daylight_falls_with_the_cube_of_the_distance_and_the_road_has_no_edge_at_the_portal() -> None:
+    for surface in (ROAD, WALL, CEILING):
+        shares = [daylight_share(float(d), 9.0, 5.2, surface) for d in range(0, 400, 5)]
+        assert shares == sorted(shares, reverse=True)
+        assert shares[60] / shares[30] == pytest.approx(1 / 8, rel=0.03)
+    assert daylight_share(0.0, 9.0, 5.2, ROAD) == 1.0
+    assert daylight_share(-1.0, 9.0, 5.2, ROAD) == 1.0
 
 
 def test_luminance_alone_equals_colour_and_a_millimetre_changes_little() -> None:
