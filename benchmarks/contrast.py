@@ -1,18 +1,19 @@
 """Contrast-to-noise of a pedestrian in the event frame and in the RGB frame, where light is hard and where it is easy.
 
-A pedestrian crosses 14 m ahead of an ego at 30 km/h; both cameras are carried there as a car carries them: the RGB camera
-with its automatic exposure and its lag for a second before, the event camera with renders at most 1 px of flow apart. Then
-the last 1/30 s is sensed with many seeds of the sensors' noise. Frames: RGB as grey levels (0..255, Rec. 709 weights on the
-8-bit picture), events as counts of both polarities. With P the pedestrian's pixels (RGB: at the end of the step; events:
-at its start or end) and S the ring around him (2 px to half his height away):
+A pedestrian crosses ahead of an ego at 30 km/h; both cameras are carried there as a car carries them: the RGB camera
+with its automatic exposure and its lag for a second before, the event camera with ten renders a step. Then the last
+1/30 s is sensed with many seeds of the sensors' noise. Frames: RGB as grey levels (0..255, Rec. 709 weights on the
+8-bit picture), events as counts of both polarities. With P the pedestrian's pixels (RGB: at the end of the step;
+events: at its start or end) and S what is beside them (in the same rows, from 2 px to half his height away):
 
     contrast  C = mean over P - mean over S, of the mean over noise seeds
     noise     s = root of the mean over P and S of the variance over noise seeds
-    clutter   c = standard deviation over S of the mean over noise seeds: what else is there to be taken for him
-    CNR       |C| / sqrt(s^2 + c^2);  of the sensor alone: |C| / s
+    clutter   c = standard deviation over S of the mean over noise seeds: what else there is to be taken for him
+    CNR       of the sensor |C| / s; in the scene |C| / sqrt(s^2 + c^2)
 
-The first says how far a pedestrian stands out for whoever has to find him in one frame, the second what the sensor allows
-if all clutter were known. Each is given as mean and standard deviation over streets and clothes.
+The first is what the sensor allows if the street without him were known, the second how far he stands out of one frame.
+The event camera's seeds are other sensors too (thresholds differ between pixels); the RGB camera's pixels are alike.
+CNRs are medians over scenes (streets, clothes, gait), with the least and the largest.
 
 Run: python benchmarks/contrast.py [--scenes 8] [--noise-seeds 16] [--dvs davis346] [--pictures DIR]
 """
@@ -55,7 +56,7 @@ class Situation:
     weather: dict[str, object]
     lights: float  # of the cars: 1 with low beams on
     ahead_m: float  # from the ego's middle to the pedestrian
-    event_wins: bool | None  # what the sensors' physics promises; None: shown beside
+    event_wins: bool | None  # what is expected of the sensors; None: shown beside
 
 
 SITUATIONS = (
@@ -212,30 +213,32 @@ def main() -> None:
     parser.add_argument("--pictures", type=Path, default=None, help="folder for what both cameras saw")
     args = parser.parse_args()
     config = dvs_preset(args.dvs)
-    print(
-        f"event camera {args.dvs}; {args.scenes} scenes, {args.noise_seeds} noise seeds; mean +- s.d. over scenes"
-    )
-    head = f"{'situation':24s} {'frame':7s} {'contrast':>14s} {'noise':>7s} {'clutter':>8s}"
-    print(f"{head} {'CNR':>14s} {'CNR of sensor':>15s}   scenes where events lead")
+    print(f"event camera {args.dvs}; {args.scenes} scenes, {args.noise_seeds} noise seeds")
+    print(f"{'situation':24s} {'frame':7s} {'contrast':>15s} {'noise':>6s} {'clutter':>8s}", end="")
+    print(f" {'CNR of the sensor':>22s} {'CNR in the scene':>22s}")
     for situation in SITUATIONS:
         pairs = [
             look(situation, seed, args.noise_seeds, config, args.pictures) for seed in range(args.scenes)
         ]
         for column, kind in enumerate(("RGB", "events")):
-            r = [pair[column] for pair in pairs]
-            values = {
-                n: np.array([getattr(x, n) for x in r])
-                for n in ("contrast", "noise", "clutter", "cnr", "cnr_sensor")
-            }
-            line = f"{situation.name if column == 0 else '':24s} {kind:7s}"
-            line += f" {values['contrast'].mean():7.2f}+-{values['contrast'].std():5.2f}"
-            line += f" {values['noise'].mean():7.2f} {values['clutter'].mean():8.2f}"
-            line += f" {values['cnr'].mean():7.2f}+-{values['cnr'].std():5.2f}"
-            line += f" {values['cnr_sensor'].mean():8.2f}+-{values['cnr_sensor'].std():5.2f}"
-            if column:
-                wins = [sum(getattr(b, n) > getattr(a, n) for a, b in pairs) for n in ("cnr", "cnr_sensor")]
-                line += f"   {wins[0]}, of sensor {wins[1]} of {len(pairs)}"
-            print(line, flush=True)
+            print(line(situation.name if column == 0 else "", kind, [pair[column] for pair in pairs]))
+        wins = [sum(getattr(b, n) > getattr(a, n) for a, b in pairs) for n in ("cnr_sensor", "cnr")]
+        wanted = {True: "wanted: events", False: "wanted: RGB", None: "beside"}[situation.event_wins]
+        print(
+            f"{'':24s} events lead in {wins[0]} (sensor) and {wins[1]} (scene) of {len(pairs)}; {wanted}",
+            flush=True,
+        )
+
+
+def line(name: str, kind: str, results: list[Result]) -> str:
+    """One row of the table."""
+    contrast = np.array([r.contrast for r in results])
+    noise, clutter = (np.mean([getattr(r, n) for r in results]) for n in ("noise", "clutter"))
+    text = f"{name:24s} {kind:7s} {contrast.mean():7.2f} +-{contrast.std():5.2f} {noise:6.2f} {clutter:8.2f}"
+    for measure in ("cnr_sensor", "cnr"):
+        values = np.array([getattr(r, measure) for r in results])
+        text += f" {np.median(values):8.2f} ({values.min():.2f}..{values.max():.2f})".ljust(23)
+    return text
 
 
 if __name__ == "__main__":
