@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import entry
+from pedcross_env.camera.kernels.jit import INT, entry
 
 __all__ = ["CEILING", "ROAD", "WALL", "daylight_share", "enclose"]
 
@@ -21,7 +21,7 @@ JOINT_DEPTH = 0.12
 # 6000 cd/m2 before a portal in full daylight (from memory), where white paper has some 27,000.
 PORTAL_ALBEDO = 0.2
 SHADE_M = 6.0
-ROAD, WALL, CEILING = 0, 1, 2
+ROAD, WALL, CEILING = INT(0), INT(1), INT(2)
 
 
 @entry
