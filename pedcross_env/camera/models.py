@@ -7,7 +7,7 @@ in a process: workers get a model by importing the module that registers it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 
 import numpy as np
@@ -259,6 +259,7 @@ class ModelTable:
         face_corners: (K,) indices relative to the model's first point.
         face_material: (F,).
         face_detail: (F,) 0 bounds its polyhedron, 1 is painted on it, 2 is painted and seen near by only.
+        face_plane: (F, 4) normal outwards, as long as the face has twice the area, and what it gives on the face.
         nominal: (M, 3) length, width, height.
     """
 
@@ -270,7 +271,19 @@ class ModelTable:
     face_corners: np.ndarray
     face_material: np.ndarray
     face_detail: np.ndarray
+    face_plane: np.ndarray
     nominal: np.ndarray
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """All of them, as kernels take them."""
+        return tuple(getattr(self, f.name) for f in fields(self))
+
+
+def _plane(corners: np.ndarray) -> np.ndarray:
+    """Return Newell's normal of a face and its product with the first corner."""
+    normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+    return np.append(normal, normal @ corners[0])
 
 
 @lru_cache(maxsize=1)
@@ -282,11 +295,14 @@ def model_table() -> ModelTable:
     corners: list[int] = []
     material: list[int] = []
     detail: list[int] = []
+    planes: list[np.ndarray] = []
     for model in models:
         points += model.points
+        places = np.array(model.points)
         for part in model.parts:
             for face, surface, painted in part:
                 corners += face
+                planes.append(_plane(places[list(face)]))
                 face_start.append(len(corners))
                 material.append(surface)
                 detail.append(painted)
@@ -296,5 +312,5 @@ def model_table() -> ModelTable:
     as_int = lambda values: np.array(values, np.int64)  # noqa: E731
     return ModelTable(
         np.array(points), as_int(model_points), as_int(model_parts), as_int(part_faces), as_int(face_start),
-        as_int(corners), as_int(material), as_int(detail), np.array([model.size for model in models]),
+        as_int(corners), as_int(material), as_int(detail), np.array(planes), np.array([model.size for model in models]),
     )  # fmt: skip

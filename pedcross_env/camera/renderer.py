@@ -47,7 +47,6 @@ from pedcross_env.camera.scenery import (
 from pedcross_env.camera.shade import Shade
 from pedcross_env.camera.sky import Sky
 from pedcross_env.camera.snow import snowed
-from pedcross_env.camera.spray import Spray
 from pedcross_env.camera.tunnel import Tunnel, cleared, require_straight
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import Frame, Snapshot, StaticClass
@@ -90,7 +89,7 @@ class Renderer:
         self._glare, self._sky = Glare(w, h), Sky(self._view)
         self._tables = _beam_tables()
         self._table = self._tables[0]
-        self._vehicles, self._materials = model_table(), material_table()
+        self._vehicles, self._materials = model_table().arrays, material_table()
         self._mirror: tuple[np.ndarray, np.ndarray] | None = None
         self._scenery: Scenery | None = None
         self._free: GroundTables | None = None
@@ -116,7 +115,6 @@ class Renderer:
         self._free = ground_tables(street, weather.snow_cover) if free else None
         self._light = light_of(weather)
         self._sky.load(weather, street.seed)
-        self._spray = Spray(weather, self._view.width_px)
         self._weather, self._street = weather, street
         self._constant = constant_environment(self._light, weather)
         self._actors = ActorTables(weather.rain_mm_h > 0)
@@ -126,7 +124,7 @@ class Renderer:
         self._shade = Shade(self._scenery, self._light)
         self._grain = grain_integral()
         self._vehicles, self._materials = (
-            model_table(),
+            model_table().arrays,
             material_table(),
         )  # some may have been registered since
         sums, columns = crown_textures(), self._buf.shape[1]
@@ -188,7 +186,6 @@ class Renderer:
         beams = others_beams(pose, snapshot.actors, light)
         self._table = self._tables[int(snapshot.ego["headlight"] > 1)]
         optics, rotation, camera = (pose.focal_px, pose.cx, pose.cy), pose.rotation, pose.origin
-        v = self._vehicles
         # A wet road mirrors and a tunnel hides by depth; the general ground kernel always fills it.
         by_depth = self._weather.wetness > 0 or self._tunnel is not None or self._free is not None
         owners = by_depth or not luminance_only
@@ -199,8 +196,7 @@ class Renderer:
         everything, lit = self._with_props(cast, camera)
         draw_scene(
             *everything,
-            (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
-            self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
+            self._vehicles, self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
             rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], planes, owners,
             (lit, self._shade.groups, self._shade.panels), self._buf,
         )  # fmt: skip
@@ -221,8 +217,6 @@ class Renderer:
         luminance = out[0].copy() if luminance_only else np.empty(shape, np.float32)
         if owners:
             finish_frame(out, depth, luminance)
-            head = (env, self._table, self._weather.extinction_per_m)
-            self._spray.add(out[:0] if luminance_only else out, luminance, depth, snapshot, pose, light, head)
         if self._tunnel is not None:
             self._tunnel.enclose(out, luminance, depth, ids, pose, light)
         self._glare.add(out, luminance, self._alpha, pose, self._light)
@@ -277,12 +271,10 @@ class Renderer:
             np.zeros((1, *shape), np.float32),
             np.zeros(shape, np.int32),
         )
-        v = self._vehicles
         xs = np.arange(shape[1], dtype=np.float32) + np.float32(0.5)
         draw_scene(
             *self._actors.of(actor),
-            (v.points, v.model_points, v.model_parts, v.part_faces, v.face_start, v.face_corners, v.face_material, v.face_detail, v.nominal),
-            self._materials, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame, self._crowns),
+            self._vehicles, self._materials, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame, self._crowns),
             pose.rotation, pose.origin, environment(self._constant, pose, snapshot.ego, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
             self._table, (pose.focal_px, pose.cx - u0, pose.cy - v0), xs, shape, (light, cover, inverse),
             (out, alpha, nearest, weight, depth, ids), True, (np.ones(1), np.ones(0), np.ones(0)), self._buf,

@@ -19,7 +19,14 @@ from pedcross_env.camera.kernels.lighting import (
     head_irradiance,
     sky_radiance,
 )  # fmt: skip
-from pedcross_env.camera.kernels.polygons import NEAR_M, cover_row, grow, row_range
+from pedcross_env.camera.kernels.polygons import (
+    MAX_CORNERS,
+    NEAR_M,
+    cover_row,
+    grow,
+    row_range,
+    slanted_edges,
+)
 from pedcross_env.camera.kernels.rows import F0, F1, HALF, add_row, hash01
 
 __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
@@ -32,10 +39,13 @@ __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 # a bay of 0: a plain wall
 PANEL_SIZE = 30
 CHUNK = 480  # pixels worked on at a time: fits the first-level caches
+COVER, INVERSE, COLOUR, S, T, WS, WT = 0, 2, 4, 7, 8, 9, 10  # rows of the work space
+STONE, TRIM, PANE, SHADE, LIT, LAMP, HEAD, X, Y = 11, 12, 13, 14, 15, 16, 17, 21, 22
 LIT_SHARE = np.float32(0.22)  # of windows at night
 INV_PI = np.float32(1 / math.pi)
 TWO = np.float32(2.0)
 MARGIN = np.float32(0.09)  # width of a window frame
+LEAST_HALF = np.float32(2e-4)  # of a pixel's extent, metres
 LUMA = (0.2126, 0.7152, 0.0722)
 
 
@@ -43,6 +53,11 @@ LUMA = (0.2126, 0.7152, 0.0722)
 def _pulse(p, duty):
     whole = np.floor(p)
     return whole * duty + min(p - whole, duty)
+
+
+@inlined
+def _clamp(p, most):
+    return max(F0, min(p, most))
 
 
 @inlined
@@ -94,36 +109,48 @@ def _pattern(s, t, ws, wt, base_z, upper, ground, stone, trim, pane, shade):
     bay, storey, duty_s, duty_t, phase_s, phase_t, cornice = upper
     floor, low_bay, low_duty, low_phase, sill, lintel = ground
     ms, mt, ml = MARGIN / bay, MARGIN / storey, MARGIN / low_bay
-    thin_s, thin_t, thin_l = duty_s - TWO * ms, duty_t - TWO * mt, low_duty - TWO * ml
+    thin_s, thin_t, thin_l = (
+        max(F0, duty_s - TWO * ms),
+        max(F0, duty_t - TWO * mt),
+        max(F0, low_duty - TWO * ml),
+    )
     inv_bay, inv_storey, inv_low = F1 / bay, F1 / storey, F1 / low_bay
     for i in range(s.shape[0]):
-        w = max(ws[i], np.float32(4e-4))
-        half = HALF * w
-        p, h = s[i] * inv_bay - phase_s, half * inv_bay
-        rate = bay / w
-        outer = (_pulse(p + h, duty_s) - _pulse(p - h, duty_s)) * rate
-        inner = (_pulse(p + h - ms, thin_s) - _pulse(p - h - ms, thin_s)) * rate
-        p, h = s[i] * inv_low - low_phase, half * inv_low
-        rate = low_bay / w
-        low_outer = (_pulse(p + h, low_duty) - _pulse(p - h, low_duty)) * rate
-        low_inner = (_pulse(p + h - ml, thin_l) - _pulse(p - h - ml, thin_l)) * rate
-        w = max(wt[i], np.float32(4e-4))
-        half, inv = HALF * w, F1 / w
+        half = max(HALF * ws[i], LEAST_HALF)
+        rate = HALF / half
+        first, last = (s[i] - half) * inv_bay - phase_s, (s[i] + half) * inv_bay - phase_s
+        n, m = np.floor(first), np.floor(last)
+        first, last = first - n, last - m  # place within the bay, of the pixel's either border
+        outer = ((m - n) * duty_s + (min(last, duty_s) - min(first, duty_s))) * (bay * rate)
+        inner = ((m - n) * thin_s + (_clamp(last - ms, thin_s) - _clamp(first - ms, thin_s))) * (bay * rate)
+        first, last = (s[i] - half) * inv_low - low_phase, (s[i] + half) * inv_low - low_phase
+        n, m = np.floor(first), np.floor(last)
+        first, last = first - n, last - m
+        low_outer = ((m - n) * low_duty + (min(last, low_duty) - min(first, low_duty))) * (low_bay * rate)
+        low_inner = ((m - n) * thin_l + (_clamp(last - ml, thin_l) - _clamp(first - ml, thin_l))) * (
+            low_bay * rate
+        )
+        half = max(HALF * wt[i], LEAST_HALF)
+        inv = HALF / half
         low, high = t[i] - half, t[i] + half
-        zone = _interval(low, high, floor, cornice) * inv * inv * storey
-        p, h = t[i] * inv_storey - phase_t, half * inv_storey
-        up_outer = (_pulse(p + h, duty_t) - _pulse(p - h, duty_t)) * zone
-        up_inner = (_pulse(p + h - mt, thin_t) - _pulse(p - h - mt, thin_t)) * zone
+        first, last = low * inv_storey - phase_t, high * inv_storey - phase_t
+        n, m = np.floor(first), np.floor(last)
+        first, last = first - n, last - m
+        above_floor, above_cornice = min(max(floor, low), high), min(max(cornice, low), high)
+        zone = (above_cornice - above_floor) * inv * inv * storey
+        up_outer = ((m - n) * duty_t + (min(last, duty_t) - min(first, duty_t))) * zone
+        up_inner = ((m - n) * thin_t + (_clamp(last - mt, thin_t) - _clamp(first - mt, thin_t))) * zone
         door_outer = _interval(low, high, sill, lintel) * inv
         door_inner = _interval(low, high, sill + MARGIN, lintel - MARGIN) * inv
         glass, low_glass = inner * up_inner, low_inner * door_inner
         frame = max(F0, outer * up_outer - glass) + max(F0, low_outer * door_outer - low_glass)
-        ledge = _interval(low, high, floor - np.float32(0.3), floor)
-        band = (ledge + _interval(low, high, cornice, np.float32(1e3))) * inv
-        stone[i] = _interval(low, high, np.float32(-1e3), floor) * inv
-        pane[i] = glass + low_glass
+        below_ledge = min(max(floor - np.float32(0.3), low), high)
+        band = ((above_floor - below_ledge) + (high - above_cornice)) * inv
+        glass += low_glass
+        stone[i] = (above_floor - low) * inv
+        pane[i] = glass
         trim[i] = min(
-            F1 - pane[i], band + frame
+            F1 - glass, band + frame
         )  # a share of the pixel, as panes are: it takes from the wall alone
         shade[i] = np.float32(0.72) + np.float32(0.28) * min(F1, (t[i] + base_z) * np.float32(0.2))
 
@@ -282,74 +309,168 @@ def _slopes(direction, optics):
 def panel_work():
     """Allocate what ``draw_panel`` works in."""
     return (
-        np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((4097, 3), np.int64),
+        np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((4096, 3), np.int64), np.empty(2, np.int64),
+        np.empty((MAX_CORNERS, 5)),
     )  # fmt: skip
 
 
 @kernel
-def _list_pixels(corners, counts, parts, place, height, width, xs, listed, buf):
-    """List pixels from part ``place[0]``, row ``place[1]`` on: their coverage, column and row; few long loops, not many short ones.
+def _upright_row(edges, sides, row, width, out):
+    """Cover a row whose two borders are steep lines, as most are; return its columns, (-1, -1) for any other."""
+    left = right = -1
+    for e in range(sides):
+        if edges[e, 0] < row + 1.0 and edges[e, 1] > row:
+            if left >= 0 or edges[e, 0] > row or edges[e, 1] < row + 1.0:
+                return -1, -1
+            left, right = right, e
+    if left < 0:
+        return -1, -1
+    x0 = edges[left, 2] + edges[left, 3] * (row - edges[left, 0])
+    x1 = edges[right, 2] + edges[right, 3] * (row - edges[right, 0])
+    y0, y1 = x0 + edges[left, 3], x1 + edges[right, 3]
+    if x0 + y0 > x1 + y1:
+        x0, y0, x1, y1 = x1, y1, x0, y0
+    a, b = 0, width
+    if x0 > 0.0 or y0 > 0.0:
+        if x0 < 0.0 or y0 < 0.0 or x0 >= width:
+            return -1, -1
+        a = int(x0)
+        if a != int(y0):
+            return -1, -1
+    if x1 < width or y1 < width:
+        if x1 >= width or y1 >= width or x1 < 0.0:
+            return -1, -1
+        b = int(x1) + 1
+        if b != int(y1) + 1:
+            return -1, -1
+    for i in range(b - a):
+        out[i] = F1
+    if x0 > 0.0:
+        out[0] -= np.float32(0.5 * (x0 + y0) - a)
+    if x1 < width:
+        out[b - 1 - a] -= np.float32(b - 0.5 * (x1 + y1))
+    return a, b
+
+
+@kernel
+def _list_pixels(edges, sides, row, bottom, width, xs, listed, full, buf):
+    """List a part's pixels from ``row`` on after those that are listed already, until there are enough.
+
+    ``full`` holds the number of pixels and of the entries (row, first column, column beyond the last) in ``listed``.
 
     Returns:
-        The number of pixels and of the entries (row, first column, column beyond the last) in ``listed``.
+        The row to go on from.
     """
-    part, row = place[0], place[1]
-    n = entries = 0
-    top = bottom = 0
-    if part < parts:
-        top, bottom = row_range(corners[part], counts[part], height)
-    row = max(row, top)
-    while part < parts and n < CHUNK:
-        if row < bottom:
-            a, b = cover_row(corners[part], counts[part], row, width, buf[0, n:])
-            if b > a:
-                listed[entries, 0], listed[entries, 1], listed[entries, 2] = row, a, b
-                entries += 1
-                for i in range(b - a):
-                    buf[21, n + i] = xs[a + i]
-                    buf[22, n + i] = np.float32(row + 0.5)
-                n += b - a
-            row += 1
+    n, entries = full[0], full[1]
+    while row < bottom and n < CHUNK:
+        a, b = _upright_row(edges, sides, row, width, buf[COVER, n:])
+        if a < 0:
+            a, b = cover_row(edges, sides, row, width, buf[COVER, n:])
+        if b > a:
+            listed[entries, 0], listed[entries, 1], listed[entries, 2] = row, a, b
+            entries += 1
+            x, y, middle = buf[X, n : n + b - a], buf[Y, n : n + b - a], np.float32(row + 0.5)
+            for i in range(b - a):
+                x[i] = xs[a + i]
+                y[i] = middle
+            n += b - a
+        row += 1
+    full[0], full[1] = n, entries
+    return row
+
+
+@kernel
+def _to_luminance(red, green, blue):
+    for i in range(red.shape[0]):
+        red[i] = np.float32(0.2126) * red[i] + np.float32(0.7152) * green[i] + np.float32(0.0722) * blue[i]
+
+
+@kernel
+def _shade(panel, n, geometry, layout, light, channels, buf, vectors):
+    """Fill the radiance of ``n`` listed pixels: one plane of luminance or three of colour.
+
+    ``geometry`` is (constants of the inverse depth, its least and greatest value, slopes along and up, shifts along and up).
+    """
+    plane, least, most, along, rise, shift_s, shift_t = geometry
+    upper, ground = layout
+    env, table, lamp_maps, map_frame, optics, sun = light
+    normal, point = vectors
+    x, y, inverse = buf[X, :n], buf[Y, :n], buf[INVERSE, :n]
+    s, t, ws, wt = buf[S, :n], buf[T, :n], buf[WS, :n], buf[WT, :n]
+    stone, trim, pane, shade = buf[STONE, :n], buf[TRIM, :n], buf[PANE, :n], buf[SHADE, :n]
+    _place(
+        x, y, plane[0], plane[1], plane[2], least, most, along, rise, shift_s, shift_t, inverse, s, t, ws, wt
+    )
+    base_z, masonry = np.float32(panel[17]), np.float32(panel[24])
+    if panel[11] > 0:
+        _pattern(s, t, ws, wt, base_z, upper, ground, stone, trim, pane, shade)
+    else:
+        _plain(t, base_z, stone, trim, pane, shade)
+    night = env[ENV_LAMP] > 0 or env[ENV_BEAM] > 0
+    windows = env[ENV_WINDOW] > 0 and panel[11] > 0
+    if channels == 1 and not night and not windows:
+        grey_wall, grey_frame, grey_glass = F0, F0, F0
+        for c in range(3):
+            wall, frame, glass, white = _paint(panel, env, sun, c)
+            weight = np.float32(LUMA[c])
+            grey_wall += weight * white * wall
+            grey_frame += weight * white * frame
+            grey_glass += weight * glass
+        _colour(grey_wall, masonry, grey_frame, grey_glass, F1, stone, trim, pane, shade, buf[COLOUR, :n])
+        return
+    lamp, head, lit = buf[LAMP, :n], buf[HEAD, :n], buf[LIT, :n]
+    if night:
+        _lamp_light(
+            s, t, panel[17], panel[27], panel[28], lamp_maps[int(panel[26])], map_frame[0], map_frame[1], lamp
+        )
+        _head_row(x, y, inverse, normal, env, table, optics, point, head)
+    if windows:
+        _lit(s, t, ws, wt, upper, ground, int(panel[16]), LIT_SHARE, lit)
+    for c in range(3):
+        wall, frame, glass, white = _paint(panel, env, sun, c)
+        out = buf[COLOUR + c, :n]
+        if night:
+            tint = np.float32(env[ENV_LAMP + c])
+            _colour_by_lamps(
+                wall, masonry, frame, glass, white, tint, stone, trim, pane, shade, lamp, head, out
+            )
         else:
-            part += 1
-            if part < parts:
-                row, bottom = row_range(corners[part], counts[part], height)
-    place[0], place[1] = part, row
-    return n, entries
+            _colour(wall, masonry, frame, glass, white, stone, trim, pane, shade, out)
+        if windows:
+            _shine(lit, np.float32(env[ENV_WINDOW + c]), out)
+    if channels == 1:
+        _to_luminance(buf[COLOUR, :n], buf[COLOUR + 1, :n], buf[COLOUR + 2, :n])
+
+
+@kernel
+def _add_rows(listed, entries, scratch, buf, spans):
+    """Add the listed pixels to the buildings' scratch planes."""
+    at = INT(0)
+    for r in range(entries):
+        row, a, b = listed[r, 0], listed[r, 1], listed[r, 2]
+        add_row(buf, COLOUR, COVER, INVERSE, at, scratch, row, a, b)
+        grow(spans, row, a, b)
+        at += b - a
 
 
 @kernel
 def draw_panel(
-    panel,
-    seen,
-    rotation,
-    camera,
-    env,
-    table,
-    lamp_maps,
-    map_frame,
-    optics,
-    xs,
-    size,
-    scratch,
-    buf,
-    work,
-    spans,
-):
-    """Draw what is seen of one panel into the buildings' scratch planes.
+    panel, seen, rotation, camera, env, table, lamp_maps, map_frame, optics, xs, size, scratch, buf, work, spans
+):  # fmt: skip
+    """Draw what is seen of one panel into the buildings' scratch planes, behind all that is there already.
+
+    The pixels of many rows are listed and shaded together: long loops, not many short ones.
 
     ``seen`` is (corners, their numbers, parts) from ``visible.visible_parts``; ``work`` is from ``panel_work``; ``lamp_maps`` is
     (maps, rows, columns) lx, right and left fronts first, ``map_frame`` (start x, step).
     """
     focal, cx, cy = optics
     height, width = size
-    planes = scratch[0]
-    part_corners, part_counts, parts = seen
-    nx, ny = panel[4], -panel[3]
-    axis, normal, up, origin, point, listed = work
+    corners, counts, parts = seen
+    axis, normal, up, origin, point, listed, full, edges = work
     for k in range(3):
         axis[k] = rotation[k, 0] * panel[3] + rotation[k, 1] * panel[4]
-        normal[k] = rotation[k, 0] * nx + rotation[k, 1] * ny
+        normal[k] = rotation[k, 0] * panel[4] - rotation[k, 1] * panel[3]
         up[k] = rotation[k, 2]
         origin[k] = (
             rotation[k, 0] * (panel[0] - camera[0]) + rotation[k, 1] * (panel[1] - camera[1])
@@ -361,99 +482,25 @@ def draw_panel(
     distance = normal[0] * origin[0] + normal[1] * origin[1] + normal[2] * origin[2]
     shift_s = axis[0] * origin[0] + axis[1] * origin[1] + axis[2] * origin[2]
     shift_t = up[0] * origin[0] + up[1] * origin[1] + up[2] * origin[2]
-    sun = max(0.0, normal[0] * env[0] + normal[1] * env[1] + normal[2] * env[2])
-    night = env[ENV_LAMP] > 0 or env[ENV_BEAM] > 0
-    base_z = np.float32(panel[17])
-    upper, ground = _layout(panel)
     v1, v2 = normal[0] / focal / distance, normal[1] / focal / distance
-    v0 = normal[2] / distance - v1 * cx - v2 * cy
-    inverse, s, t, ws, wt, stone, trim, pane, shade, lit, lamp, head = (
-        2,
-        7,
-        8,
-        9,
-        10,
-        11,
-        12,
-        13,
-        14,
-        15,
-        16,
-        17,
-    )
-    place = listed[4096]
-    place[0] = place[1] = 0
-    while place[0] < parts:
-        n, entries = _list_pixels(part_corners, part_counts, parts, place, height, width, xs, listed, buf)
-        if n == 0:
-            continue
-        x, y = buf[21, :n], buf[22, :n]
-        _place(
-            x, y, np.float32(v0), np.float32(v1), np.float32(v2), np.float32(1.0 / farthest), np.float32(1.0 / nearest), _slopes(axis, optics), _slopes(up, optics), np.float32(shift_s),
-            np.float32(shift_t), buf[inverse, :n], buf[s, :n], buf[t, :n], buf[ws, :n], buf[wt, :n],
-        )  # fmt: skip
-        if panel[11] > 0:
-            _pattern(
-                buf[s, :n], buf[t, :n], buf[ws, :n], buf[wt, :n], base_z, upper, ground, buf[stone, :n], buf[trim, :n],
-                buf[pane, :n], buf[shade, :n],
-            )  # fmt: skip
-        else:
-            _plain(buf[t, :n], base_z, buf[stone, :n], buf[trim, :n], buf[pane, :n], buf[shade, :n])
-        if night:
-            _lamp_light(
-                buf[s, :n], buf[t, :n], panel[17], panel[27], panel[28], lamp_maps[int(panel[26])], map_frame[0], map_frame[1], buf[lamp, :n],
-            )  # fmt: skip
-            _head_row(x, y, buf[inverse, :n], normal, env, table, optics, point, buf[head, :n])
-            for c in range(3):
-                wall, frame, glass, light = _paint(panel, env, sun, c)
-                _colour_by_lamps(
-                    wall, np.float32(panel[24]), frame, glass, light, np.float32(env[ENV_LAMP + c]), buf[stone, :n],
-                    buf[trim, :n], buf[pane, :n], buf[shade, :n], buf[lamp, :n], buf[head, :n], buf[4 + c, :n],
-                )  # fmt: skip
-        elif planes.shape[0] == 1:
-            grey_wall, grey_frame, grey_glass = F0, F0, F0
-            for c in range(3):
-                wall, frame, glass, light = _paint(panel, env, sun, c)
-                weight = np.float32(LUMA[c])
-                grey_wall += weight * light * wall
-                grey_frame += weight * light * frame
-                grey_glass += weight * glass
-            _colour(
-                grey_wall, np.float32(panel[24]), grey_frame, grey_glass, F1, buf[stone, :n], buf[trim, :n], buf[pane, :n],
-                buf[shade, :n], buf[4, :n],
-            )  # fmt: skip
-        else:
-            for c in range(3):
-                wall, frame, glass, light = _paint(panel, env, sun, c)
-                _colour(
-                    wall, np.float32(panel[24]), frame, glass, light, buf[stone, :n], buf[trim, :n], buf[pane, :n], buf[shade, :n],
-                    buf[4 + c, :n],
-                )  # fmt: skip
-        if env[ENV_WINDOW] > 0 and panel[11] > 0:
-            _lit(
-                buf[s, :n],
-                buf[t, :n],
-                buf[ws, :n],
-                buf[wt, :n],
-                upper,
-                ground,
-                int(panel[16]),
-                LIT_SHARE,
-                buf[lit, :n],
-            )
-            for c in range(3):
-                _shine(buf[lit, :n], np.float32(env[ENV_WINDOW + c]), buf[4 + c, :n])
-        if planes.shape[0] == 1 and night:
-            _to_luminance(buf[4, :n], buf[5, :n], buf[6, :n])
-        at = INT(0)
-        for r in range(entries):
-            row, a, b = listed[r, 0], listed[r, 1], listed[r, 2]
-            add_row(buf, 4, 0, 2, at, scratch, row, a, b)
-            grow(spans, row, a, b)
-            at += b - a
-
-
-@kernel
-def _to_luminance(red, green, blue):
-    for i in range(red.shape[0]):
-        red[i] = np.float32(0.2126) * red[i] + np.float32(0.7152) * green[i] + np.float32(0.0722) * blue[i]
+    plane = (np.float32(normal[2] / distance - v1 * cx - v2 * cy), np.float32(v1), np.float32(v2))
+    geometry = (
+        plane, np.float32(1.0 / farthest), np.float32(1.0 / nearest), _slopes(axis, optics), _slopes(up, optics),
+        np.float32(shift_s), np.float32(shift_t),
+    )  # fmt: skip
+    sun = max(0.0, normal[0] * env[0] + normal[1] * env[1] + normal[2] * env[2])
+    light, layout = (env, table, lamp_maps, map_frame, optics, sun), _layout(panel)
+    channels = scratch[0].shape[0]
+    full[0] = full[1] = 0
+    for part in range(parts):
+        sides = slanted_edges(corners[part], counts[part], edges)
+        row, bottom = row_range(corners[part], counts[part], height)
+        while row < bottom:
+            row = _list_pixels(edges, sides, row, bottom, width, xs, listed, full, buf)
+            if full[0] >= CHUNK:
+                _shade(panel, full[0], geometry, layout, light, channels, buf, (normal, point))
+                _add_rows(listed, full[1], scratch, buf, spans)
+                full[0] = full[1] = 0
+    if full[0] > 0:
+        _shade(panel, full[0], geometry, layout, light, channels, buf, (normal, point))
+        _add_rows(listed, full[1], scratch, buf, spans)

@@ -10,16 +10,18 @@ import math
 import numpy as np
 
 from pedcross_env.camera.kernels.jit import kernel
-from pedcross_env.camera.kernels.rows import F0, F1
+from pedcross_env.camera.kernels.rows import F0, F1, HALF
 
 __all__ = [
     "MAX_CORNERS",
     "NEAR_M",
     "cover_row",
     "deposit",
+    "edge_steps",
     "grow",
     "project_clipped",
     "row_range",
+    "slanted_edges",
 ]
 
 NEAR_M = 0.1
@@ -75,29 +77,6 @@ def row_range(corners, count, height):
 
 
 @kernel
-def _column_range(corners, count, row, width):
-    """Columns that a polygon touches in one row."""
-    low, high = 1e9, -1e9
-    for i in range(count):
-        j = i + 1 if i + 1 < count else 0
-        x0, y0, x1, y1 = corners[i, 0], corners[i, 1], corners[j, 0], corners[j, 1]
-        if y0 > y1:
-            x0, y0, x1, y1 = x1, y1, x0, y0
-        if y1 < row or y0 > row + 1:
-            continue
-        slope = (x1 - x0) / (y1 - y0) if y1 - y0 > 1e-9 else 0.0
-        if y0 < row:
-            low, high = min(low, x0 + slope * (row - y0)), max(high, x0 + slope * (row - y0))
-        else:
-            low, high = min(low, x0), max(high, x0)
-        if y1 > row + 1:
-            low, high = min(low, x0 + slope * (row + 1 - y0)), max(high, x0 + slope * (row + 1 - y0))
-        else:
-            low, high = min(low, x1), max(high, x1)
-    return max(0, int(math.floor(max(low, -1.0)))), min(width, int(math.ceil(min(high, width + 1.0))))
-
-
-@kernel
 def deposit(x0, x1, d, out):
     """Add an edge's steps of coverage: it crosses ``d`` of the row's height between columns x0 and x1 (0 to len(out) - 2)."""
     if x0 > x1:
@@ -127,55 +106,117 @@ def deposit(x0, x1, d, out):
 
 
 @kernel
-def cover_row(corners, count, row, width, out):
-    """Exact share of each pixel of a row that a convex polygon covers.
+def slanted_edges(corners, count, out):
+    """Fill the (E, 5) slanted edges of a polygon (upper and lower end, column at the upper, columns per row, sense); return E."""
+    n = 0
+    for i in range(count):
+        j = i + 1 if i + 1 < count else 0
+        x0, y0, x1, y1 = corners[i, 0], corners[i, 1], corners[j, 0], corners[j, 1]
+        if abs(y1 - y0) < 1e-9:
+            continue
+        sense = 1.0
+        if y0 > y1:
+            x0, y0, x1, y1, sense = x1, y1, x0, y0, -1.0
+        out[n, 0], out[n, 1], out[n, 2], out[n, 3], out[n, 4] = y0, y1, x0, (x1 - x0) / (y1 - y0), sense
+        n += 1
+    return n
 
-    Every edge leaves the steps of its area; their running sum is the coverage.
+
+@kernel
+def edge_steps(edge, row, width, out):
+    """Leave an edge's steps of coverage in ``out``; return the columns of the first and the last, none as (width, -1).
+
+    The running sum over all edges of a polygon is the area that it has in common with each pixel of the row. What an edge beyond
+    the image's right border would end reaches on to that border.
+    """
+    low, high = max(edge[0], row + 0.0), min(edge[1], row + 1.0)
+    if high - low <= 1e-12:
+        return width, -1
+    x0 = edge[2] + edge[3] * (low - edge[0])
+    x1 = x0 + edge[3] * (high - low)
+    if x0 > x1:
+        x0, x1 = x1, x0
+    d = edge[4] * (high - low)
+    if x0 >= width:
+        return width, width
+    first = int(x0) if x0 > 0.0 else 0
+    if x0 < 0.0:  # what is left of the image covers all from its first column on
+        part = 1.0 if x1 <= 0.0 else -x0 / (x1 - x0)
+        out[0] += np.float32(d * part)
+        if x1 <= 0.0:
+            return 0, 0
+        d, x0 = d * (1.0 - part), 0.0
+    if x1 > width:  # what is right of it covers nothing in it
+        part = (width - x0) / (x1 - x0)
+        d, x1 = d * part, width + 0.0
+    deposit(x0, x1, d, out)
+    return first, max(first + 1, int(math.ceil(x1)))
+
+
+@kernel
+def _add_constant(value, out):
+    for i in range(out.shape[0]):
+        out[i] += value
+
+
+@kernel
+def _add_slanted(x0, x1, d, out):
+    """Add what lies right of a line that crosses ``d`` of the row's height evenly between columns x0 and x1."""
+    inv = F1 / (x1 - x0)
+    for i in range(out.shape[0]):
+        left = np.float32(np.int32(i))  # 32 bits: twice as many at a time
+        right = left + F1
+        p, q = min(max(left, x0), x1), min(max(right, x0), x1)
+        out[i] += d * ((right - q) + (q - p) * (HALF * (p + q) - x0) * inv)
+
+
+@kernel
+def _unsigned(out):
+    for i in range(out.shape[0]):
+        out[i] = min(F1, abs(out[i]))
+
+
+@kernel
+def cover_row(edges, count, row, width, out):
+    """Exact share of each pixel of a row that a convex polygon covers: what lies right of its edges, with their senses.
 
     Args:
-        corners: (>= count, 2) columns and rows, continuous.
-        count: Corners.
+        edges: (E, 5) from ``slanted_edges``.
+        count: E.
         row: Which row.
         width: Of the image.
-        out: (>= W + 2,) filled from 0 with the coverage of the columns returned.
+        out: Filled from 0 with the coverage of the columns returned.
 
     Returns:
         First column and the column beyond the last.
     """
-    a, b = _column_range(corners, count, row, width)
-    n = b - a
-    if n <= 0:
+    low, high = width + 0.0, 0.0
+    for e in range(count):
+        y0, y1 = max(edges[e, 0], row + 0.0), min(edges[e, 1], row + 1.0)
+        if y1 - y0 > 1e-12:
+            x0 = edges[e, 2] + edges[e, 3] * (y0 - edges[e, 0])
+            x1 = x0 + edges[e, 3] * (y1 - y0)
+            low, high = min(low, x0, x1), max(high, x0, x1)
+    a, b = int(max(low, 0.0)), int(math.ceil(min(high, width + 0.0)))
+    if b <= a:
         return 0, 0
-    for i in range(n + 2):
+    for i in range(b - a):
         out[i] = F0
-    for i in range(count):
-        j = i + 1 if i + 1 < count else 0
-        x0, y0, x1, y1 = corners[i, 0], corners[i, 1], corners[j, 0], corners[j, 1]
-        sign = 1.0
-        if y0 > y1:
-            x0, y0, x1, y1, sign = x1, y1, x0, y0, -1.0
-        low, high = max(y0, row + 0.0), min(y1, row + 1.0)
-        if high - low <= 1e-12:
+    for e in range(count):
+        y0, y1 = max(edges[e, 0], row + 0.0), min(edges[e, 1], row + 1.0)
+        if y1 - y0 <= 1e-12:
             continue
-        slope = (x1 - x0) / (y1 - y0)
-        xa, xb = x0 + slope * (low - y0) - a, x0 + slope * (high - y0) - a
-        d = sign * (high - low)
-        if xa > xb:
-            xa, xb = xb, xa
-        if xa < 0.0:  # what is left of the image covers all from its first column on
-            part = 1.0 if xb <= 0.0 else -xa / (xb - xa)
-            out[0] += np.float32(d * part)
-            d, xa = d * (1.0 - part), 0.0
-            if xb <= 0.0:
-                continue
-        if xb > n:  # what is right of it covers nothing in it
-            if xa >= n:
-                continue
-            part = (n - xa) / (xb - xa)
-            d, xb = d * part, n + 0.0
-        deposit(xa, xb, d, out)
-    total = F0
-    for i in range(n):
-        total += out[i]
-        out[i] = min(F1, abs(total))
+        x0 = edges[e, 2] + edges[e, 3] * (y0 - edges[e, 0]) - a
+        x1 = x0 + edges[e, 3] * (y1 - y0)
+        if x0 > x1:
+            x0, x1 = x1, x0
+        if x1 - x0 < 1e-3:  # as good as upright
+            x0, x1 = 0.5 * (x0 + x1) - 5e-4, 0.5 * (x0 + x1) + 5e-4
+        first, last = int(min(max(x0, 0.0), b - a)), int(math.ceil(min(max(x1, 0.0), b - a)))
+        d = np.float32(edges[e, 4] * (y1 - y0))
+        if last > first:
+            _add_slanted(np.float32(x0 - first), np.float32(x1 - first), d, out[first:last])
+        if b - a > last:
+            _add_constant(d, out[last : b - a])
+    _unsigned(out[: b - a])
     return a, b

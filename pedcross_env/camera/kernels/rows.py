@@ -16,6 +16,7 @@ __all__ = [
     "exp_minus",
     "fill_row",
     "hash01",
+    "mean_depths",
     "merge_row",
     "nearness",
 ]
@@ -125,26 +126,29 @@ def merge_row(buf, colour, cover, depth, at, scratch, row, a, b):
 @kernel
 def _add_grey(cover, depth, colour, alpha, inverse, plane):
     for i in range(alpha.shape[0]):
-        new, old = cover[i], alpha[i]
-        inverse[i] = (inverse[i] * old + depth[i] * new) / max(old + new, TINY)
-        alpha[i] = min(F1, old + new)
-        plane[i] += colour[i] * new
+        share = min(cover[i], F1 - alpha[i])
+        alpha[i] += share
+        inverse[i] += depth[i] * share
+        plane[i] += colour[i] * share
 
 
 @kernel
 def _add_colour(cover, depth, red, green, blue, alpha, inverse, plane0, plane1, plane2):
     for i in range(alpha.shape[0]):
-        new, old = cover[i], alpha[i]
-        inverse[i] = (inverse[i] * old + depth[i] * new) / max(old + new, TINY)
-        alpha[i] = min(F1, old + new)
-        plane0[i] += red[i] * new
-        plane1[i] += green[i] * new
-        plane2[i] += blue[i] * new
+        share = min(cover[i], F1 - alpha[i])
+        alpha[i] += share
+        inverse[i] += depth[i] * share
+        plane0[i] += red[i] * share
+        plane1[i] += green[i] * share
+        plane2[i] += blue[i] * share
 
 
 @kernel
 def add_row(buf, colour, cover, depth, at, scratch, row, a, b):
-    """Add a primitive's pixels to its object where their visible shares add up to 1 at most; see ``merge_row``."""
+    """Add a primitive's pixels to its object behind all that was added before; see ``merge_row``.
+
+    The object's inverse depth is left multiplied by its coverage: ``mean_depths`` ends it.
+    """
     planes, alphas, inverses = scratch
     e = at + b - a
     new, inverse_new = buf[cover, at:e], buf[depth, at:e]
@@ -156,6 +160,13 @@ def add_row(buf, colour, cover, depth, at, scratch, row, a, b):
             new, inverse_new, buf[colour, at:e], buf[colour + 1, at:e], buf[colour + 2, at:e], alpha, inverse,
             planes[0, row, a:b], planes[1, row, a:b], planes[2, row, a:b],
         )  # fmt: skip
+
+
+@kernel
+def mean_depths(alpha, inverse):
+    """Divide a row's inverse depths by its coverage, once all is added."""
+    for i in range(alpha.shape[0]):
+        inverse[i] = inverse[i] / max(alpha[i], TINY)
 
 
 @kernel

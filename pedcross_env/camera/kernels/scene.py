@@ -19,14 +19,13 @@ from pedcross_env.camera.kernels.lighting import (
     ENV_LAMP,
     ENV_SUN,
     ENV_SUN_DIRECTION,
-    beam_candela,
-    face_radiance,
     head_irradiance,
     light_field,
 )  # fmt: skip
 from pedcross_env.camera.kernels.people import draw_pedestrian, people_work
-from pedcross_env.camera.kernels.polyhedra import draw_polyhedron, fineness, polyhedron_work
-from pedcross_env.camera.kernels.rows import composite_row
+from pedcross_env.camera.kernels.polyhedra import polyhedron_work
+from pedcross_env.camera.kernels.rows import composite_row, mean_depths
+from pedcross_env.camera.kernels.vehicles import draw_vehicle, vehicle_work
 from pedcross_env.camera.kernels.visible import outline_walls, visible_parts, visible_work
 
 __all__ = ["ROOF_KIND", "draw_scene"]
@@ -34,6 +33,8 @@ __all__ = ["ROOF_KIND", "draw_scene"]
 NOWHERE = 1 << 30
 ROOF_KIND = 3  # besides contracts.ActorKind: bodies that belong to the houses
 MAX_PRIMITIVES = 64  # of one body or group
+EAVES_M = 0.5  # more than a roof reaches beyond its walls
+TIE_M2 = 1e-5  # keeps walls that share a corner in the same order, whatever the rounding
 LUMA_R, LUMA_G, LUMA_B = 0.2126, 0.7152, 0.0722
 
 
@@ -98,109 +99,6 @@ def _sort(keys, order, count):
             order[j + 1] = order[j]
             j -= 1
         order[j + 1] = k
-
-
-@kernel
-def _lamp_glow(kind, actor, centre, normal, rotation, env, table, albedo, out):
-    """Add the radiance of a lit head, tail or brake light."""
-    if kind == 1 and actor[13] > 0:
-        yaw = actor[3]
-        f = across = u = r2 = 0.0
-        for k in range(3):
-            f -= centre[k] * (rotation[k, 0] * math.cos(yaw) + rotation[k, 1] * math.sin(yaw))
-            across -= centre[k] * (rotation[k, 1] * math.cos(yaw) - rotation[k, 0] * math.sin(yaw))
-            u -= centre[k] * rotation[k, 2]
-            r2 += centre[k] * centre[k]
-        candela = 0.5 * beam_candela(table[1], across / f, u / f) if f > 0.05 else 0.0
-        seen = abs(centre[0] * normal[0] + centre[1] * normal[1] + centre[2] * normal[2]) / math.sqrt(
-            r2 + 1e-9
-        )
-        area = 0.035 * max(0.15, seen)
-        for c in range(3):
-            out[c] += actor[13] * (candela / area + 300.0) * env[ENV_BEAM_TINT + c]
-    if kind == 2:
-        level = 220.0 * actor[13] + 2800.0 * actor[12]
-        out[0] += level * 3.6
-        out[1] += level * 0.12
-        out[2] += level * 0.06
-
-
-@kernel
-def _draw_vehicle(
-    actor,
-    paint,
-    vehicles,
-    materials,
-    rotation,
-    camera,
-    env,
-    lamps,
-    beams,
-    table,
-    optics,
-    xs,
-    size,
-    scratch,
-    buf,
-    work,
-    hulls,
-    car,
-    spans,
-):
-    points, model_points, model_parts, part_faces, face_start, corners, surface, detail, nominal = vehicles
-    channels = scratch[0].shape[0]
-    model = int(actor[5])
-    p0, p1 = model_points[model], model_points[model + 1]
-    local, colours, normal, rgb, albedo = car
-    centre, field = work[0], work[1]
-    c, s = math.cos(actor[3]), math.sin(actor[3])
-    cp, sp = math.cos(actor[4]), math.sin(actor[4])
-    sx, sy, sz = actor[6] / nominal[model, 0], actor[7] / nominal[model, 1], actor[8] / nominal[model, 2]
-    for i in range(p1 - p0):
-        x, y, z = points[p0 + i, 0] * sx, points[p0 + i, 1] * sy, points[p0 + i, 2] * sz
-        x, z = x * cp + z * sp, z * cp - x * sp  # nose down positive
-        _to_camera(
-            rotation, camera, actor[0] + c * x - s * y, actor[1] + s * x + c * y, actor[2] + z, local[i]
-        )
-    f0, f1 = part_faces[model_parts[model]], part_faces[model_parts[model + 1]]
-    for i in range(f1 - f0):
-        for k in range(channels):
-            colours[i, k] = 0
-    for face in range(f0, f1):
-        a, b = face_start[face], face_start[face + 1]
-        for k in range(3):
-            centre[k] = 0.0
-            normal[k] = 0.0
-        for i in range(a, b):
-            j = i + 1 if i + 1 < b else a
-            p, q = local[corners[i]], local[corners[j]]
-            for k in range(3):
-                m, o = (k + 1) % 3, (k + 2) % 3
-                centre[k] += p[k] / (b - a)
-                normal[k] += (p[m] - q[m]) * (p[o] + q[o])
-        norm = math.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2) + 1e-12
-        facing = 0.0
-        for k in range(3):
-            normal[k] /= norm
-            facing += normal[k] * centre[k]
-        if facing >= 0 or fineness(detail[face], optics[0], centre[2]) <= 0.0:
-            continue
-        light_field(centre, env, lamps, beams, table, field)
-        head = head_irradiance(centre, env, table, env[ENV_BETA])
-        m = surface[face]
-        for k in range(3):
-            albedo[k] = materials[m, k] if m > 0 else paint[k]
-        face_radiance(centre, normal, albedo, materials[m, 3], env, field, head, rgb)
-        _lamp_glow(int(materials[m, 4]), actor, centre, normal, rotation, env, table, albedo, rgb)
-        for k in range(3):
-            colours[face - f0, k if channels == 3 else 0] += (
-                rgb[k] if channels == 3 else (LUMA_R, LUMA_G, LUMA_B)[k] * rgb[k]
-            )
-    for part in range(model_parts[model], model_parts[model + 1]):
-        first, last = part_faces[part], part_faces[part + 1]
-        draw_polyhedron(
-            local, first, last, face_start, corners, detail, colours, f0, optics, xs, size, scratch, buf, hulls, spans,
-        )  # fmt: skip
 
 
 @kernel
@@ -279,6 +177,26 @@ def _visible(centre, radius, optics, size):
     return True
 
 
+@kernel
+def _wall_distance(panel, camera):
+    """Horizontal distance to the nearest point of a wall, squared."""
+    dx, dy = camera[0] - panel[0], camera[1] - panel[1]
+    s = min(panel[6], max(0.0, dx * panel[3] + dy * panel[4]))
+    return (dx - s * panel[3]) ** 2 + (dy - s * panel[4]) ** 2
+
+
+@kernel
+def _roof_distance(roof, camera):
+    """The same to what a roof rests on: a little within the walls, so that it is drawn after its own and before what it hides."""
+    dx, dy = camera[0] - roof[0], camera[1] - roof[1]
+    c, s = math.cos(roof[3]), math.sin(roof[3])
+    along, across = abs(c * dx + s * dy), abs(c * dy - s * dx)
+    return (
+        max(0.0, along - max(0.0, 0.5 * roof[6] - EAVES_M)) ** 2
+        + max(0.0, across - max(0.0, 0.5 * roof[7] - EAVES_M)) ** 2
+    )
+
+
 @njit(cache=True, error_model="numpy")
 def draw_scene(
     actors,
@@ -315,7 +233,7 @@ def draw_scene(
         looks: (N, 8, 4) a vehicle's paint in [:, 0, :3].
         builds: (N, BUILD_SIZE) proportions of pedestrians, see kernels.pose.
         bodies: (N, MAX_BODY, PART_SIZE) their capsules, see kernels.people.
-        vehicles: The arrays of camera.models.ModelTable.
+        vehicles: ``arrays`` of camera.models.ModelTable.
         materials: (M, 5).
         capsules: (S, 12) static capsules, see scenery.
         groups: (G, 16) static groups, see scenery.trees.
@@ -360,7 +278,7 @@ def draw_scene(
     spans = np.empty((size[0] + 1, 2), np.int32)
     spans[:, 0], spans[:, 1] = NOWHERE, 0
     channels = frame[0].shape[0]
-    work, hulls, fronts = _capsule_work(channels), polyhedron_work(channels), panel_work()
+    work, hulls, fronts = _capsule_work(channels), polyhedron_work(channels, size[1]), panel_work()
     seen = visible_work(panels.shape[0])
     people = people_work()
     bones = (
@@ -368,17 +286,12 @@ def draw_scene(
         np.empty(MAX_PRIMITIVES),
         np.empty(MAX_PRIMITIVES, np.int64),
     )
-    car = (
-        np.empty((vehicles[0].shape[0], 3)),
-        np.empty((vehicles[6].shape[0], channels), np.float32),
-        np.empty(3),
-        np.empty(3),
-        np.empty(3),
-    )
-    ranks = np.empty(n + g, np.int64)
+    car = vehicle_work(vehicles[0].shape[0], vehicles[6].shape[0], channels)
+    most = max(n + g, n + panels.shape[0])
+    ranks, near, which = np.empty(most, np.int64), np.empty(most), np.empty(most, np.int64)
     _sort(keys, ranks, n + g)
     sun0, sun1, sun2 = env[ENV_SUN], env[ENV_SUN + 1], env[ENV_SUN + 2]
-    for k in ranks:
+    for k in ranks[: n + g]:
         if keys[k] >= 1e9:
             break
         share = sunlit[0][k] if k < n else sunlit[1][k - n]
@@ -387,7 +300,7 @@ def draw_scene(
             if idents[k, 1] == ROOF_KIND:
                 continue
             if idents[k, 1] == 1:
-                _draw_vehicle(
+                draw_vehicle(
                     actors[k],
                     looks[k, 0],
                     vehicles,
@@ -402,11 +315,11 @@ def draw_scene(
                     xs,
                     size,
                     scratch,
-                    buf,
                     work,
                     hulls,
                     car,
                     spans,
+                    idents[k, 1] == ROOF_KIND,
                 )
             else:
                 draw_pedestrian(
@@ -448,21 +361,38 @@ def draw_scene(
             _put(scratch, spans, int(groups[k - n, 6]), env, air, frame, owners, buf)
     for side in range(2):  # the two rows of houses apart: their bounding boxes leave out the street
         faced = outline_walls(panels, side, rotation, camera, optics, size, seen)
-        for i in range(faced):
-            wall = seen[3][i]
-            parts = visible_parts(wall, faced, panels, rotation, camera, optics, seen)
+        count = faced
+        for k in range(faced):
+            which[k] = seen[3][k]
+            near[k] = _wall_distance(panels[which[k]], camera) + TIE_M2 * which[k]
+        _sort(near, ranks, faced)
+        for k in range(faced):  # nearest first: the sooner nothing is left of a wall
+            seen[3][k] = which[ranks[k]]
+        for i in range(n):
+            if idents[i, 1] == ROOF_KIND and keys[i] < 1e9 and (actors[i, 1] > 0) == (side == 1):
+                near[count], which[count] = _roof_distance(actors[i], camera), -1 - i
+                count += 1
+        _sort(near, ranks, count)
+        for k in ranks[:count]:
+            i = which[k]
+            share = sunlit[2][i] if i >= 0 else 1.0
+            env[ENV_SUN], env[ENV_SUN + 1], env[ENV_SUN + 2] = share * sun0, share * sun1, share * sun2
+            if i < 0:
+                roof = -1 - i
+                draw_vehicle(
+                    actors[roof], looks[roof, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size,
+                    scratch, work, hulls, car, spans, i < 0,
+                )  # fmt: skip
+                continue
+            parts = visible_parts(i, faced, panels, rotation, camera, optics, seen)
             if parts > 0:
-                share = sunlit[2][wall]
-                env[ENV_SUN], env[ENV_SUN + 1], env[ENV_SUN + 2] = share * sun0, share * sun1, share * sun2
                 draw_panel(
-                    panels[wall], (seen[4], seen[5], parts), rotation, camera, env, table, maps[0], maps[1], optics, xs, size, scratch,
+                    panels[i], (seen[4], seen[5], parts), rotation, camera, env, table, maps[0], maps[1], optics, xs, size, scratch,
                     buf, fronts, spans,
                 )  # fmt: skip
         env[ENV_SUN], env[ENV_SUN + 1], env[ENV_SUN + 2] = sun0, sun1, sun2
-        for i in range(n):
-            if idents[i, 1] == ROOF_KIND and keys[i] < 1e9 and (actors[i, 1] > 0) == (side == 1):
-                _draw_vehicle(
-                    actors[i], looks[i, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch,
-                    buf, work, hulls, car, spans,
-                )  # fmt: skip
+        for row in range(spans[size[0], 0], spans[size[0], 1]):
+            a, b = spans[row, 0], spans[row, 1]
+            if b > a:
+                mean_depths(scratch[1][row, a:b], scratch[2][row, a:b])
         _put(scratch, spans, INT(-2), env, air, frame, owners, buf)

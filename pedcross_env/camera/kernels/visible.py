@@ -186,6 +186,11 @@ def _cut_out(part, parts, hull, sides, work):
         if abs(a) + abs(b) < TOUCH_PX:
             continue
         c = -a * x - b * y
+        least = 1e30
+        for i in range(n):
+            least = min(least, a * rest[now, i, 0] + b * rest[now, i, 1] + c)
+        if least >= 0.0:  # nothing of it is beyond this edge
+            continue
         m = _half(rest[now], n, -a, -b, -c, corners[parts])
         if m >= 3 and abs(_area2(corners[parts], m)) > LEAST_PX2:
             counts[parts] = m
@@ -221,10 +226,8 @@ def visible_parts(which, seen_count, panels, rotation, camera, optics, work):
         o = bounds[other]
         if other == which or o[0] >= b[2] or o[2] <= b[0] or o[1] >= b[3] or o[3] <= b[1]:
             continue
-        if _apart(outlines[which], sides[which], outlines[other], sides[other]):
-            continue
-        n = _before(which, other, panels, rotation, camera, optics, work)
-        if n < 3:
+        n = _before(which, other, panels, rotation, camera, optics, work)  # cheaper than the test of outlines
+        if n < 3 or _apart(outlines[which], sides[which], outlines[other], sides[other]):
             continue
         part = parts - 1
         while part >= 0:
