@@ -263,10 +263,14 @@ class WorldConfig:
     tick_hz: int = 120
 
     def __post_init__(self) -> None:
-        require(self.policy_hz > 0, "policy_hz", self.policy_hz, "positive")
         require(
-            self.tick_hz >= self.policy_hz and self.tick_hz % self.policy_hz == 0,
-            "tick_hz", self.tick_hz, f"a multiple of policy_hz ({self.policy_hz}), e.g. {4 * self.policy_hz}",
+            1 <= self.policy_hz <= 1000 and self.policy_hz % 1 == 0,
+            "policy_hz", self.policy_hz, "a whole number from 1 to 1000, e.g. 30",
+        )  # fmt: skip
+        require(
+            self.policy_hz <= self.tick_hz <= 10_000 and self.tick_hz % self.policy_hz == 0,
+            "tick_hz", self.tick_hz,
+            f"a multiple of policy_hz ({self.policy_hz}), at most 10000, e.g. {4 * self.policy_hz}",
         )  # fmt: skip
 
 
@@ -360,9 +364,10 @@ class LabelConfig:
     conflict_margin_m: float = 0.3  # added around the ego
 
     def __post_init__(self) -> None:
-        for name in ("range_m", "conflict_horizon_s"):
-            require(getattr(self, name) > 0, name, getattr(self, name), "positive")
-        require(self.conflict_margin_m >= 0, "conflict_margin_m", self.conflict_margin_m, "0 or more")
+        require(0 < self.range_m <= 1000, "range_m", self.range_m, "above 0, at most 1000")
+        horizon_s = self.conflict_horizon_s
+        require(0 < horizon_s <= 60, "conflict_horizon_s", horizon_s, "above 0, at most 60")
+        require(0 <= self.conflict_margin_m <= 5, "conflict_margin_m", self.conflict_margin_m, "0 to 5")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

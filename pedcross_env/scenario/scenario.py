@@ -53,6 +53,14 @@ Umbrellas are up where it rains, else rolled in the hand.
 """
 
 
+LONGEST_S, FARTHEST_M = 3600.0, 10_000.0
+"""No episode or wait is longer, nothing farther from the street's origin."""
+
+
+def _near(*values: float) -> bool:
+    return all(abs(value) <= FARTHEST_M for value in values)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Leg:
     """Wait, then walk straight to a point.
@@ -72,9 +80,9 @@ class Leg:
         require(
             0 < self.speed_mps <= 10, "Leg.speed_mps", self.speed_mps, "above 0, at most 10 (stand: no legs)"
         )
-        require(0 <= self.wait_s < math.inf, "Leg.wait_s", self.wait_s, "finite, 0 or more")
+        require(0 <= self.wait_s <= LONGEST_S, "Leg.wait_s", self.wait_s, f"0 to {LONGEST_S:g}")
         place = (self.to_x_m, self.to_y_m)
-        require(all(map(math.isfinite, place)), "Leg to_x_m, to_y_m", place, "finite")
+        require(_near(*place), "Leg to_x_m, to_y_m", place, f"within +-{FARTHEST_M:g} m")
         if self.run_up_m is not None:
             require(self.run_up_m > 0, "Leg.run_up_m", self.run_up_m, "positive, or None: within 0.3 s")
 
@@ -100,7 +108,7 @@ class PedestrianSpec:
             raise unknown_name("pedestrian model", self.model, PEDESTRIAN_MODELS)
         require(0.7 <= self.height_m <= 2.2, "PedestrianSpec.height_m", self.height_m, "0.7 to 2.2")
         pose = (self.x_m, self.y_m, self.yaw_rad)
-        require(all(map(math.isfinite, pose)), "PedestrianSpec x_m, y_m, yaw_rad", pose, "finite")
+        require(_near(*pose), "PedestrianSpec x_m, y_m, yaw_rad", pose, f"within +-{FARTHEST_M:g}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,7 +158,7 @@ class VehicleSpec:
             raise unknown_name("vehicle model", self.model, VEHICLE_MODELS)
         if self.turn not in ("", "left", "right", "straight"):
             raise unknown_name("turn", self.turn, ("left", "right", "straight"))
-        require(math.isfinite(self.yaw_rad), "VehicleSpec.yaw_rad", self.yaw_rad, "finite")
+        require(_near(self.yaw_rad), "VehicleSpec.yaw_rad", self.yaw_rad, "finite")
         require(self.door is None or self.parked, "VehicleSpec.door", self.door, "None unless it is parked")
         require(
             not self.parked or not self.maneuvers, "VehicleSpec.maneuvers", self.maneuvers, "() if parked"
@@ -160,10 +168,10 @@ class VehicleSpec:
             not self.parked or self.speed_mps == 0, "VehicleSpec.speed_mps", self.speed_mps, "0 if parked"
         )
         require(
-            math.isfinite(self.x_m) and math.isfinite(self.y_m),
+            _near(self.x_m, self.y_m),
             "VehicleSpec position",
             (self.x_m, self.y_m),
-            "finite",
+            f"within +-{FARTHEST_M:g} m",
         )
 
 

@@ -101,6 +101,8 @@ class StreetSpec:
             self.end_x_m - self.start_x_m,
             "50 m or more",
         )
+        ends = (self.start_x_m, self.end_x_m)
+        require(all(abs(x) <= 10_000 for x in ends), "start_x_m, end_x_m", ends, "within +-10000 m")
         require(2.5 <= self.lane_width_m <= 5, "lane_width_m", self.lane_width_m, "2.5 to 5")
         require(1 <= self.lanes_per_direction <= 3, "lanes_per_direction", self.lanes_per_direction, "1 to 3")
         require(0 <= self.parking_width_m <= 4, "parking_width_m", self.parking_width_m, "0 to 4")

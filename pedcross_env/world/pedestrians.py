@@ -20,6 +20,7 @@ _GLANCE_EASE_S = 0.3
 _GLANCE_HALF_S = 0.6
 _GLANCE_BACK_S = 1.5  # after looking to the near lane, to the far one
 _GLANCE_BACK_SHARE = 0.8  # of the angle
+_GLANCES_UNTIL_S = 600.0  # no episode is longer
 _GLANCE_LIMIT_RAD = 1.2  # how far a head turns
 _GLANCE_SHARE = 0.85  # so that six of ten look in the last second before they cross: 58.9 % in JAAD
 _KERB_ZONE_M = 0.6  # who comes this near to the kerb from outside is about to cross, or seems to be
@@ -50,7 +51,7 @@ def _glance(walk: Walk, street: StreetSpec) -> tuple[float, float, float]:
     never = (0.0, -1.0, 0.0)
     if (walk.spec.seed * 0.754877666246693) % 1.0 >= _GLANCE_SHARE:
         return never
-    times = np.arange(0.0, walk.end_s + 0.1, 0.05)
+    times = np.arange(0.0, min(walk.end_s, _GLANCES_UNTIL_S) + 0.1, 0.05)
     inside = carriageway_m(street, *walk.positions(times).T)
     zone = np.flatnonzero((inside <= 0.05) & (inside >= -_KERB_ZONE_M))
     if zone.size == 0:
