@@ -1,5 +1,7 @@
 """The environment in other processes."""
 
+import os
+
 import gymnasium
 import numpy as np
 import pytest
@@ -8,24 +10,36 @@ from stable_baselines3.common.vec_env import SubprocVecEnv
 CONFIG = {"camera": {"width_px": 48, "height_px": 32}, "modalities": ["dvs"]}
 
 
+WORKERS = int(os.environ.get("PEDCROSS_WORKERS", "2"))
+"""As many as there are seeds; any number up to 16 has been tried."""
+
+
 def make():
     return gymnasium.make("pedcross_env:pedcross/Crossing-v0", config=CONFIG)
 
 
 @pytest.mark.parametrize("method", ["spawn", "forkserver"])
-def test_async_vector_env_equals_single_environments(method):
-    vector = gymnasium.vector.AsyncVectorEnv([make, make], context=method)
+def test_workers_give_the_bytes_of_single_environments(method):
+    seeds, steps = list(range(3, 3 + WORKERS)), 3
+    vector = gymnasium.vector.AsyncVectorEnv([make] * WORKERS, context=method)
     try:
-        observations, _ = vector.reset(seed=[3, 4])
-        observations, *_ = vector.step(np.zeros((2, 1), np.float32))
+        seen = [vector.reset(seed=seeds)[0]]
+        rewards = []
+        for _ in range(steps):
+            observations, reward, *_ = vector.step(np.full((WORKERS, 1), -0.3, np.float32))
+            seen.append(observations)
+            rewards.append(reward)
     finally:
         vector.close()
-    for row, seed in enumerate((3, 4)):
+    for row, seed in enumerate(seeds):
         single = make()
-        single.reset(seed=seed)
-        expected, *_ = single.step(np.zeros(1, np.float32))
-        for key, value in expected.items():
-            assert np.array_equal(observations[key][row], value)
+        expected, _ = single.reset(seed=seed)
+        for k in range(steps + 1):
+            assert all(np.array_equal(seen[k][key][row], value) for key, value in expected.items())
+            if k < steps:
+                expected, reward, *_ = single.step(np.array([-0.3], np.float32))
+                assert rewards[k][row] == reward
+        single.close()
 
 
 @pytest.mark.parametrize("method", ["spawn", "forkserver"])
