@@ -15,10 +15,11 @@ from agents import CONTROLS, AebConfig, AebPolicy, make_control
 from eval.canvas import StoppedByUser, open_screen
 from eval.dashboard import Scene, draw_dashboard
 from eval.episodes import ControlSource, DetectorSource, Source, Trace, play
-from eval.jobs import make_env
+from eval.jobs import make_env, make_suite_env
 from pedcross_env.config import EgoConfig, EnvConfig, TrafficConfig, camera_preset, require
 from pedcross_env.contracts import Outcome
 from pedcross_env.errors import ConfigError, unknown_name
+from pedcross_env.scenario.suites import suite
 from pedcross_env.weather import weather_by_name
 
 __all__ = ["PlayConfig", "PlayReport", "play_live"]
@@ -34,10 +35,14 @@ class PlayConfig:
     driver: str = "oracle"
     """Where p(crossing) comes from: a control (oracle, never, always, random), a shipped network, a checkpoint's folder
     or module:factory of your own."""
-    weather: str = "clear"
-    """A preset; `pedcross weathers` lists them."""
+    weather: str = ""
+    """A preset; `pedcross weathers` lists them; empty: clear, or the weather of a suite's cell."""
     seed: int = 0
     """Of the episode; the same seed in another weather is the same crossing."""
+    suite: str = ""
+    """Play a cell of this suite instead of a random crossing; `pedcross suites` lists them."""
+    cell: str = ""
+    """Which one, e.g. CPNCO-50/40; `pedcross suites NAME` lists them."""
     out: Path = Path("out/play.mp4")
     """The video, .mp4 or .avi."""
     window: bool = False
@@ -56,7 +61,24 @@ class PlayConfig:
     ego: EgoConfig = field(default_factory=EgoConfig)
 
     def __post_init__(self) -> None:
-        weather_by_name(self.weather)
+        if self.weather:
+            weather_by_name(self.weather)
+        require(
+            bool(self.suite) or not self.cell,
+            "cell",
+            self.cell,
+            "given with a suite, e.g. suite = 'euro-ncap-2026'",
+        )
+        require(
+            not self.suite or not self.weather,
+            "weather",
+            self.weather,
+            "left out for a suite: its cells have theirs",
+        )
+        if self.suite:
+            own = suite(self.suite)
+            require(bool(self.cell), "cell", self.cell, f"given for a suite, e.g. {own.cells[0].id}")
+            own.cell(self.cell)
         require(self.seed >= 0, "seed", self.seed, "0 or more")
         require(0.05 <= self.slow_motion <= 100, "slow_motion", self.slow_motion, "0.05 to 100")
         if self.camera:
@@ -119,15 +141,17 @@ def play_live(
             release_threshold=None if release is None else min(release, threshold),
         )
     )
+    weather = config.weather or "clear"
     env_config = EnvConfig(
-        weather=(config.weather,),
+        weather=(weather,),
         camera=camera_preset(config.camera or camera),
         traffic=config.traffic,
         ego=config.ego,
     )
-    env = make_env(env_config)
+    env = make_suite_env(env_config, config.suite) if config.suite else make_env(env_config)
     hz = env_config.world.policy_hz
-    title = f"{config.driver} drives   ·   {config.weather}   ·   episode {config.seed}"
+    what = f"{config.suite} {config.cell}" if config.suite else f"episode {config.seed}"
+    title = f"{config.driver} drives   ·   {what}"
     path = None if config.window else config.out
     watched: list[Trace] = []
     try:
@@ -137,7 +161,8 @@ def play_live(
                 watched[:] = [trace]
                 world: Any = env.unwrapped
                 duration_s = float(world.world.scenario.duration_s)
-                scene = _scene(world, observation, title, threshold, duration_s, config.boxes)
+                told = f"{title}   ·   {trace.infos[0]['weather']}"
+                scene = _scene(world, observation, told, threshold, duration_s, config.boxes)
                 picture = draw_dashboard(scene, trace.infos, trace.probabilities)
                 ended = trace.infos[-1]["outcome"] != Outcome.RUNNING
                 for _ in range(1 + (math.ceil(HOLD_S * hz / config.slow_motion) if ended else 0)):
@@ -145,7 +170,7 @@ def play_live(
                 done, most = len(trace.actions), math.ceil(duration_s * hz)
                 progress(most if ended else done, most, str(trace.infos[-1]["outcome"]))
 
-            play(env, source, policy, seed=config.seed, weather=config.weather, watch=watch)
+            play(env, source, policy, seed=config.seed, weather=weather, cell=config.cell, watch=watch)
     except StoppedByUser:
         pass
     finally:

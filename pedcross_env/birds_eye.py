@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import cv2
 import numpy as np
 
 from pedcross_env.contracts import ActorKind, Snapshot
-from pedcross_env.scenario import Scenario
+from pedcross_env.scenario import Crosswalk, Scenario, StreetSpec
+from pedcross_env.scenario.layout import carriageway_m, facade_m, side_street, to_world
 
 __all__ = ["draw_birds_eye"]
 
 ASPHALT, SIDEWALK, HOUSES, PAINT = (92, 92, 96), (168, 164, 156), (126, 116, 108), (236, 236, 230)
 EGO, VEHICLE, PEDESTRIAN, BRAKE = (64, 132, 214), (206, 206, 210), (232, 120, 36), (226, 40, 40)
 STRIPE_M, DASH_M, SUBPIXEL_BITS = 0.5, 3.0, 4
+BENT_HALF_WIDTH_M = 24.0
 
 
 def draw_birds_eye(
@@ -23,13 +28,14 @@ def draw_birds_eye(
     ahead_m: float = 50.0,
     behind_m: float = 10.0,
 ) -> np.ndarray:
-    """Draw the street around the ego, which drives upwards.
+    """Draw the street around the ego, which drives upwards where the street is straight.
 
     Returns:
-        ((ahead + behind) * px_per_m, 2 * (facade + 2 m) * px_per_m, 3) uint8, RGB.
+        ((ahead + behind) * px_per_m, 2 * half width * px_per_m, 3) uint8, RGB; half the width is to 2 m behind the
+        house fronts, 24 m on streets that bend or cross.
     """
     street = scenario.street
-    half_width_m = street.facade_y_m + 2.0
+    half_width_m = street.facade_y_m + 2.0 if street.straight else BENT_HALF_WIDTH_M
     origin_x_m = float(snapshot.ego["x"]) - behind_m
     height, width = round((ahead_m + behind_m) * px_per_m), round(2 * half_width_m * px_per_m)
     image = np.full((height, width, 3), HOUSES, np.uint8)
@@ -44,21 +50,53 @@ def draw_birds_eye(
         fill(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]), colour)
 
     far, near = origin_x_m + ahead_m + behind_m, origin_x_m
-    band(near, far, -street.facade_y_m, street.facade_y_m, SIDEWALK)
-    band(near, far, -street.kerb_y_m, street.kerb_y_m, ASPHALT)
-    for x in np.arange(np.floor(near / (2 * DASH_M)) * 2 * DASH_M, far, 2 * DASH_M):
-        band(x, x + DASH_M, -0.07, 0.07, PAINT)
-    for crosswalk in street.crosswalks:
-        x0, x1 = crosswalk.x_m - crosswalk.width_m / 2, crosswalk.x_m + crosswalk.width_m / 2
-        band(x0, x1, -0.1, 0.1, ASPHALT)
-        for y in np.arange(-street.kerb_y_m + STRIPE_M / 2, street.kerb_y_m - STRIPE_M, 2 * STRIPE_M):
-            band(x0, x1, y, y + STRIPE_M, PAINT)
+    if street.straight:
+        band(near, far, -street.facade_y_m, street.facade_y_m, SIDEWALK)
+        band(near, far, -street.kerb_y_m, street.kerb_y_m, ASPHALT)
+        _paint(street, street.crosswalks, near, far, fill, to_world)
+    else:
+        x = far - (np.arange(height)[:, None] + 0.5) / px_per_m
+        y = half_width_m - (np.arange(width)[None, :] + 0.5) / px_per_m
+        image[facade_m(street, x, y) > 0] = SIDEWALK
+        image[carriageway_m(street, x, y) > 0] = ASPHALT
+        _paint(street, street.all_crosswalks, near, far, fill, to_world)
+        if street.intersection is not None:
+            side, middle = side_street(street), street.intersection.x_m
+            reach = side.end_x_m
+            _paint(
+                side, side.crosswalks, -reach, reach, fill,
+                lambda _, s, d: (middle - np.asarray(d) + 0 * np.asarray(s), np.asarray(s) + 0 * np.asarray(d), 0),
+            )  # fmt: skip
+            band(middle - side.kerb_y_m, middle + side.kerb_y_m, -street.kerb_y_m, street.kerb_y_m, ASPHALT)
     for actor in snapshot.actors:
         fill(_footprint(actor), PEDESTRIAN if actor["kind"] == ActorKind.PEDESTRIAN else VEHICLE)
     fill(_footprint(snapshot.ego), EGO)
     if snapshot.ego["brake_light"] > 0.05:
         fill(_footprint(snapshot.ego, (-0.5, -0.4)), BRAKE)
     return image
+
+
+def _paint(
+    street: StreetSpec,
+    zebras: tuple[Crosswalk, ...],
+    near: float,
+    far: float,
+    fill: Callable[[np.ndarray, tuple[int, int, int]], None],
+    placed: Callable[..., tuple[np.ndarray, np.ndarray, Any]],
+) -> None:
+    """Paint the centre line and the zebras of a street; ``placed`` puts its coordinates into the world."""
+
+    def patch(s0: float, s1: float, d0: float, d1: float, colour: tuple[int, int, int]) -> None:
+        x, y, _ = placed(street, np.array([s0, s1, s1, s0]), np.array([d0, d0, d1, d1]))
+        fill(np.stack([x, y], axis=1), colour)
+
+    for s in np.arange(np.floor(near / (2 * DASH_M)) * 2 * DASH_M, far, 2 * DASH_M):
+        patch(s, s + DASH_M, -0.07, 0.07, PAINT)
+    for zebra in zebras:
+        s0, s1 = zebra.x_m - zebra.width_m / 2, zebra.x_m + zebra.width_m / 2
+        patch(s0, s1, -0.1, 0.1, ASPHALT)
+        for d in np.arange(-street.kerb_y_m + STRIPE_M / 2, street.kerb_y_m - STRIPE_M, 2 * STRIPE_M):
+            patch(s0, s1, d, d + STRIPE_M, PAINT)
 
 
 def _footprint(actor: np.ndarray, along: tuple[float, float] = (-0.5, 0.5)) -> np.ndarray:

@@ -145,6 +145,7 @@ INFO_KEYS: dict[str, type] = {
     "outcome": str,  # Outcome
     "subframes": int,  # luminance renders of this step
     "flow_px": float,  # bound on image motion between two of them; -1 without dvs
+    "streak": float,  # bound on a raindrop's fall between two of them, in its diameters; -1 without dvs
 }
 """Keys and types of every step's info. ``events`` (EVENT_DTYPE) and ``event_causes`` ((N,) int32: an actor's id, a
 StaticClass or an EventCause for each) are added where asked for.

@@ -331,10 +331,11 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
             "visible_fraction": self._visible_fraction(),
             "subframes": sight.subframes if sight is not None else 0,
             "flow_px": sight.flow_px if sight is not None else math.nan,
+            "streak": sight.streak if sight is not None else math.nan,
         }
         if math.isnan(info["crossing_in_s"]):
             info["crossing_in_s"] = math.inf
-        for key in ("visible_fraction", "flow_px", "impact_speed_mps"):
+        for key in ("visible_fraction", "flow_px", "streak", "impact_speed_mps"):
             info[key] = -1.0 if math.isnan(info[key]) else info[key]
         if self.config.return_events and sight is not None:
             info["events"] = sight.events

@@ -26,10 +26,12 @@ class Plan(NamedTuple):
     Attributes:
         times_s: Ends of the intervals, the last one the step's; the first one begins with the step.
         flow_px: Bound on the image's motion between two renders.
+        streak: How many of its diameters a 2 mm drop (or a 5 mm flake) falls between two renders, at most.
     """
 
     times_s: list[float]
     flow_px: float
+    streak: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +44,7 @@ class Sensed:
         causes: (N,) int32 of the events, see ``sensors.causes``; None unless asked for.
         renders: Number of luminance renders.
         flow_px: Bound on the image's motion between two of them.
+        streak: Bound on a drop's fall between two of them, in its diameters; 0 where nothing falls.
     """
 
     counts: np.ndarray
@@ -49,6 +52,7 @@ class Sensed:
     causes: np.ndarray | None
     renders: int
     flow_px: float
+    streak: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +95,7 @@ class EventVision:
         config = self._config
         counts = np.zeros((config.camera.height_px, config.camera.width_px, 2), np.uint8)
         events = np.empty(0, EVENT_DTYPE) if config.return_events else None
-        return Sensed(counts, events, np.empty(0, np.int32) if config.label_events else None, 0, 0.0)
+        return Sensed(counts, events, np.empty(0, np.int32) if config.label_events else None, 0, 0.0, 0.0)
 
     def look(self, before: Snapshot, after: Snapshot, depth: np.ndarray | None) -> Sensed:
         """Sense the policy step between two snapshots.
@@ -128,21 +132,26 @@ class EventVision:
         if sensed is not None:
             dvs.add_counts(counts, sensed)
         blames = np.concatenate(labels) if config.label_events else None
-        return Sensed(counts, sensed, blames, len(plan.times_s), plan.flow_px)
+        return Sensed(counts, sensed, blames, len(plan.times_s), plan.flow_px, plan.streak)
 
     def plan(self, before: Snapshot, after: Snapshot) -> Plan:
         """Spread renders so that the image's motion, and the change of the light where lightning strikes, is the same
         between any two, and at most what the config allows unless its cap on the renders is reached.
+
+        Rain falls hundreds of its diameters in a step: no number of renders follows every drop. It is drawn as streaks
+        that leave no gaps, the fainter the longer they are, and asks for as many renders as keep them below
+        ``max_streak``; one cap is over flow, rain and lightning together, and what was reached is in the plan.
         """
         start_s, end_s = before.time_s, after.time_s
         view, settings = self._view, self._config.dvs
         flow = image_flow_px(view.camera, view.world.scenario.street, before, after)
-        steps, cap = flow / settings.max_flow_px, settings.max_subframes
+        fall = view.streaks_per_s * (end_s - start_s)
+        steps, cap = max(flow / settings.max_flow_px, fall / settings.max_streak), settings.max_subframes
         if view.lightning.dark(start_s, end_s):
             count = max(1, math.ceil(steps))
             count = count if cap is None else min(count, cap)
             times = [start_s + k * (end_s - start_s) / count for k in range(1, count)]
-            return Plan([*times, end_s], flow / count)
+            return Plan([*times, end_s], flow / count, fall / count)
         grid = np.linspace(start_s, end_s, max(2, round((end_s - start_s) / LIGHT_GRID_S)))
         light = np.array([view.lightning.light_lx(float(t)) for t in grid]) + view.renderer.sky_lx
         changes = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(np.log(light))))]) / LIGHT_STEP
@@ -152,7 +161,7 @@ class EventVision:
         inner = np.interp(progress[-1] * np.arange(1, count) / count, progress, grid)
         times = [float(t) for t in inner] + [end_s]
         longest = max(np.diff([start_s, *times])) / (end_s - start_s)
-        return Plan(times, float(flow * longest))
+        return Plan(times, float(flow * longest), float(fall * longest))
 
     def _log_luminance(
         self, snapshot: Snapshot, interval_s: float, depth: np.ndarray | None

@@ -39,6 +39,11 @@ class View:
             self.drive()
 
     @property
+    def streaks_per_s(self) -> float:
+        """Diameters that a drop or flake falls in a second; 0 where nothing falls."""
+        return self._precipitation.streaks_per_s
+
+    @property
     def memory(self) -> Any:
         """All that the next picture depends on, besides world and weather."""
         return self._windscreen.memory

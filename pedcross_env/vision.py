@@ -56,6 +56,11 @@ class Sight:
         return 0 if self.sensed is None else self.sensed.renders
 
     @property
+    def streak(self) -> float:
+        """Bound on a drop's fall between two of them, in its diameters; nan without the event camera."""
+        return math.nan if self.sensed is None else self.sensed.streak
+
+    @property
     def flow_px(self) -> float:
         """Bound on the image motion between two of them; nan without the event camera."""
         return math.nan if self.sensed is None else self.sensed.flow_px

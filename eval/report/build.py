@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from eval.report.figures import FIGURES
 from eval.report.results import Results, read_results
-from eval.report.tables import checkpoint_table, closed_loop_tables, offline_table, pair_table
+from eval.report.tables import checkpoint_table, closed_loop_tables, offline_table, pair_table, verdict_table
 from eval.report.words import group_title, summary_sentences, warnings
 from pedcross_env.errors import ConfigError
 
@@ -53,6 +53,7 @@ def build_report(out: Path) -> Path:
         offline=offline_table(results),
         loops=closed_loop_tables(results),
         pairs=pair_table(results),
+        verdicts=verdict_table(results),
         checkpoints=checkpoint_table(results),
         controls=(results.evaluate or {}).get("controls", {}),
         benchmark=results.benchmark,

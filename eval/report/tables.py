@@ -8,8 +8,9 @@ from typing import Any
 from eval.report.format import DASH, count, interval, kmh, number, p_value, percent, percent_interval
 from eval.report.paper import paper_energy, paper_score
 from eval.report.results import Results
+from eval.verdicts import by_scenario
 
-__all__ = ["checkpoint_table", "closed_loop_tables", "offline_table", "pair_table"]
+__all__ = ["checkpoint_table", "closed_loop_tables", "offline_table", "pair_table", "verdict_table"]
 
 Row = dict[str, Any]
 
@@ -121,6 +122,42 @@ def pair_table(results: Results) -> list[Row]:
         }
         for row in sorted(results.pairs, key=lambda r: (r["p"], r["group"], r["first"], r["second"]))
     ]
+
+
+def verdict_table(results: Results) -> Row | None:
+    """What a suite's protocol says of each source, by scenario; None where no suite was driven."""
+    rows = [row for row in results.episodes if row.get("suite") and row["main"]]
+    if not rows:
+        return None
+    sources = list(dict.fromkeys(row["detector"] for row in rows))
+    by_cell = {(row["scenario"], row["detector"]): row for row in by_scenario(rows)}
+    scenarios = list(dict.fromkeys(scenario for scenario, _ in by_cell))
+    totals = [[row for row in rows if row["detector"] == name] for name in sources]
+    return {
+        "sources": sources,
+        "rows": [
+            {"scenario": scenario, "cells": [_verdict_cell(by_cell[scenario, name]) for name in sources]}
+            for scenario in scenarios
+        ],
+        "total": [
+            {
+                "passed": f"{sum(bool(row['passed']) for row in own)} / {len(own)}",
+                "note": percent(sum(row["points"] for row in own) / len(own)),
+            }
+            for own in totals
+        ],
+        "uncertain": sum(not row["verdict_certain"] for row in rows),
+        "judged": len(rows),
+    }
+
+
+def _verdict_cell(row: Row) -> Row:
+    notes = []
+    if 0 < row["passed"] < row["episodes"] and row["fastest_passed_kmh"]:
+        notes.append(f"to {row['fastest_passed_kmh']:.0f} km/h")
+    if row["worst_impact_kmh"]:
+        notes.append(f"impact {row['worst_impact_kmh']:.0f}")
+    return {"passed": f"{row['passed']} / {row['episodes']}", "note": ", ".join(notes)}
 
 
 def checkpoint_table(results: Results) -> list[Row]:

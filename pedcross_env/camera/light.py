@@ -112,10 +112,11 @@ def light_of(weather: Weather) -> Light:
     low = max(0.0, 1 - max(0.0, weather.sun_altitude_deg) / 25.0) ** 2
     grey = 1 - (1 - cloud) * (1 - fog)
     sun_tint = _tint(1.0, 0.96 - 0.26 * low, 0.88 - 0.5 * low)
-    sky_tint = _tint(*(np.array([0.53, 0.77, 1.22]) * (1 - grey) + np.array([0.97, 1.0, 1.03]) * grey))
+    sky_tint = _tint(*(np.array([0.57, 0.785, 1.17]) * (1 - grey) + np.array([0.97, 1.0, 1.03]) * grey))
     if weather.night:
         sky_tint = _tint(*(np.array([0.75, 0.85, 1.1]) * (1 - grey) + np.array([1.0, 0.93, 0.85]) * grey))
-    haze_tint = _tint(*(0.45 * sky_tint + 0.55 * np.array([1.0, 1.0, 1.0])))
+    warm = low * (1 - grey) if weather.sun_altitude_deg > -6 else 0.0  # a low sun reddens the haze it shines through
+    haze_tint = _tint(*(0.45 * sky_tint + 0.55 * np.array([1.0, 1.0 - 0.22 * warm, 1.0 - 0.55 * warm])))
     mean = sky / math.pi
     total = sky + direct * max(0.0, direction[2])
     # a clear sky brightens towards the horizon, an overcast one darkens (CIE: zenith three times the horizon)

@@ -47,6 +47,7 @@ from pedcross_env.camera.scenery import (
 from pedcross_env.camera.shade import Shade
 from pedcross_env.camera.sky import Sky
 from pedcross_env.camera.snow import snowed
+from pedcross_env.camera.spray import Spray
 from pedcross_env.camera.tunnel import Tunnel, cleared, require_straight
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import Frame, Snapshot, StaticClass
@@ -115,6 +116,7 @@ class Renderer:
         self._free = ground_tables(street, weather.snow_cover) if free else None
         self._light = light_of(weather)
         self._sky.load(weather, street.seed)
+        self._spray = Spray(weather, self._view.width_px)
         self._weather, self._street = weather, street
         self._constant = constant_environment(self._light, weather)
         self._actors = ActorTables(weather.rain_mm_h > 0)
@@ -217,6 +219,8 @@ class Renderer:
         luminance = out[0].copy() if luminance_only else np.empty(shape, np.float32)
         if owners:
             finish_frame(out, depth, luminance)
+            head = (env, self._table, self._weather.extinction_per_m)
+            self._spray.add(out[:0] if luminance_only else out, luminance, depth, snapshot, pose, light, head)
         if self._tunnel is not None:
             self._tunnel.enclose(out, luminance, depth, ids, pose, light)
         self._glare.add(out, luminance, self._alpha, pose, self._light)

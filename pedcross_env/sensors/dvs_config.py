@@ -60,7 +60,8 @@ class DvsConfig:
     white_cd_m2: float = 1000.0  # luminance that 255 of an 8-bit frame stands for (pedcross)
     log_eps: float = 0.001  # CARLA's: added to 8-bit grey / 255 before the logarithm
     max_flow_px: float = 1.0  # image motion allowed between two renders
-    max_subframes: int | None = 10  # per policy step; None: no cap
+    max_streak: float = 16.0  # diameters that a 2 mm raindrop (a 5 mm flake) may fall between two renders
+    max_subframes: int | None = 10  # per policy step, whatever asks for them; None: no cap
 
     def __post_init__(self) -> None:
         if self.model not in DVS_MODELS:
@@ -76,6 +77,7 @@ class DvsConfig:
             "white_cd_m2",
             "log_eps",
             "max_flow_px",
+            "max_streak",
         ):
             require(0 < getattr(self, name) < float("inf"), name, getattr(self, name), "positive, finite")
         require(0 <= self.leak_spread_decades <= 1, "leak_spread_decades", self.leak_spread_decades, "0 to 1")

@@ -166,7 +166,7 @@ class Precipitation:
 
     def __init__(self, weather: Weather, seed: int) -> None:
         key = seed_key(seed)
-        self._wind_mps = weather.wind_mps
+        self._wind_mps, self._rain = weather.wind_mps, weather.rain_mm_h > 0
         self._kinds: list[_Drops] = []
         if weather.rain_mm_h > 0:
             self._kinds.append(_raindrops(weather.rain_mm_h, key))
@@ -177,6 +177,13 @@ class Precipitation:
     def falls(self) -> bool:
         """Whether there is any."""
         return bool(self._kinds)
+
+    @property
+    def streaks_per_s(self) -> float:
+        """How many of its diameters a drop of 2 mm, or without rain a flake of 5 mm, falls in a second."""
+        if self._rain:
+            return fall_speed_mps(2.0) / 2e-3
+        return flake_speed_mps(5.0) / 5e-3 if self.falls else 0.0
 
     def draw(
         self,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from eval import canvas
-from eval.canvas import VideoFile, Window, blank, fit, open_screen, text
+from eval.canvas import StoppedByUser, VideoFile, Window, blank, fit, open_screen, text
 from eval.dashboard import SIZE, Scene, draw_dashboard
 from eval.live import PlayConfig, play_live
 from pedcross_env.config import TrafficConfig
@@ -59,6 +59,25 @@ def test_an_episode_becomes_a_video_of_every_step_and_the_outcome_held(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["a.mp4"]
     moved = np.abs(frames[0][72:363, 12:524].astype(int) - frames[20][72:363, 12:524]).mean()
     assert moved > 1  # the camera's view is alive
+
+
+def test_a_suites_cell_is_played_in_its_own_weather(tmp_path, monkeypatch):
+    titles = []
+
+    def draw(scene, infos, probabilities):
+        if len(infos) > 2:
+            raise StoppedByUser
+        titles.append(scene.title)
+        return blank(64, 48)
+
+    monkeypatch.setattr("eval.live.draw_dashboard", draw)
+    config = PlayConfig(
+        out=tmp_path / "a.avi", camera="compact", suite="fmvss-127", cell="PED-RIGHT-50/40", driver="always"
+    )
+    report = play_live(config)
+    assert report.trace.infos[0]["scenario"] == "PED-RIGHT-50/40"
+    assert titles[0].startswith("always drives   ·   fmvss-127 PED-RIGHT-50/40")
+    assert titles[0].endswith(report.trace.infos[0]["weather"])
 
 
 def test_the_dashboard_shows_what_the_episode_does():
@@ -147,5 +166,13 @@ def test_mistakes_name_the_remedy(tmp_path, monkeypatch):
         PlayConfig(weather="rane")
     with pytest.raises(ConfigError, match="Did you mean 'oracle'"):
         play_live(PlayConfig(driver="oracel", out=tmp_path / "a.mp4"))
+    with pytest.raises(ConfigError, match="left out for a suite"):
+        PlayConfig(suite="un-r152", weather="fog")
+    with pytest.raises(ConfigError, match="cell = '' is not allowed"):
+        PlayConfig(suite="un-r152")
+    with pytest.raises(
+        ConfigError, match="cell = 'CPNCO-50/40' is not allowed: it must be given with a suite"
+    ):
+        PlayConfig(cell="CPNCO-50/40")
     with pytest.raises(ConfigError, match="slow_motion = 0"):
         PlayConfig(slow_motion=0)

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from eval.closed_loop import EvaluateConfig, evaluate
+from eval.report import build_report
 from eval.summary import summarise
 from eval.verdicts import by_scenario, judge
 from pedcross_env.errors import ConfigError
@@ -122,3 +123,12 @@ def test_verdicts_are_the_protocols(name, cell, episode, passed, points, certain
 def test_unknown_suites_and_cells_are_refused_by_name(tmp_path, settings, message):
     with pytest.raises(ConfigError, match=message):
         EvaluateConfig(out=tmp_path, **settings)
+
+
+def test_the_report_says_what_the_protocol_says(tmp_path):
+    run(tmp_path, "un-r152", ("PED-50/20", "PED-50/60"), controls=("never", "always"))
+    page = build_report(tmp_path).read_text()
+    section = page.split("What the protocols say")[1].split("<h2>")[0]
+    assert "<td>PED-50</td><td>0 / 2<br><small>impact 60</small></td><td>2 / 2</td>" in section
+    assert "pedcross suites un-r152" in section
+    assert "PED-50/20, PED-50/60 of the suite un-r152, 1 seed each" in page

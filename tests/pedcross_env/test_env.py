@@ -10,10 +10,11 @@ from gymnasium.utils.env_checker import check_env
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 import pedcross_env
+from pedcross_env.birds_eye import EGO, HOUSES, SIDEWALK
 from pedcross_env.contracts import INFO_KEYS, Outcome, check_info
 from pedcross_env.env import CrossingEnv
 from pedcross_env.errors import ConfigError
-from pedcross_env.scenario import PedestrianSpec, Scenario
+from pedcross_env.scenario import Intersection, PedestrianSpec, Scenario, StreetSpec
 
 SMALL = {"camera": {"width_px": 64, "height_px": 48}}
 BRAKE, HOLD = np.array([-1.0], np.float32), np.array([0.0], np.float32)
@@ -175,3 +176,28 @@ def test_nan_action_is_refused():
     env.reset(seed=0)
     with pytest.raises(ConfigError, match="nan"):
         env.step(np.array([math.nan], np.float32))
+
+
+@pytest.mark.parametrize(
+    ("street", "turn"),
+    [
+        (StreetSpec(intersection=Intersection(x_m=60.0)), "left"),
+        (StreetSpec(curvature_per_m=1 / 60), "straight"),
+    ],
+)
+def test_from_above_the_ego_is_on_the_carriageway_of_any_street(street, turn):
+    env = CrossingEnv(SMALL | {"modalities": ()})
+    env.reset(
+        seed=0, options={"scenario": Scenario(name="s", street=street, ego_turn=turn, ego_speed_mps=12.0)}
+    )
+    for step in range(190):
+        env.step(HOLD)
+        if step % 30 == 0:
+            above = env.birds_eye()
+            assert (above == EGO).all(axis=2).any()
+            rows, columns = np.nonzero((above == EGO).all(axis=2))
+            # a ring around the ego: road, paint or brake lamps, neither houses nor sidewalk
+            around = above[
+                max(0, rows.min() - 3) : rows.max() + 4, max(0, columns.min() - 3) : columns.max() + 4
+            ]
+            assert not ((around == HOUSES) | (around == SIDEWALK)).all(axis=2).any()

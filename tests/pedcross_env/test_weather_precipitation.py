@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pedcross_env.contracts import Frame
+from pedcross_env.env import CrossingEnv
 from pedcross_env.optics import distort
 from pedcross_env.weather import Precipitation, Weather
 from pedcross_env.weather.precipitation import (
@@ -302,3 +303,22 @@ def test_more_snow_draws_more_flakes_and_both_kinds_fall_together() -> None:
     assert counts == sorted(set(counts))
     sleet = Precipitation(Weather(snow_mm_h=2.0, rain_mm_h=5.0), 1).draw(black(), view(), 1.0, 0.003, 10.0)
     assert sleet > counts[2]
+
+
+def test_rain_asks_for_sub_frames_up_to_the_cap_and_says_what_it_got() -> None:
+    """A standing car: nothing flows, but rain must not become one long faint streak."""
+    camera = {"width_px": 48, "height_px": 32}
+    found = {}
+    for weather, cap in (("clear", 10), ("storm", 10), ("storm", 3), ("storm", None), ("snow", 10)):
+        dvs = {"max_subframes": cap, "max_flow_px": 1e6}
+        env = CrossingEnv({"weather": [weather], "modalities": ["dvs"], "camera": camera, "dvs": dvs})
+        env.reset(seed=2)
+        found[weather, cap] = env.step(np.zeros(1, np.float32))[-1]
+    per_step = fall_speed_mps(2.0) / 2e-3 / 30
+    assert (found["clear", 10]["subframes"], found["clear", 10]["streak"]) == (1, 0.0)
+    assert found["storm", None]["subframes"] == found["storm", 10]["subframes"] == math.ceil(per_step / 16.0)
+    assert found["storm", 10]["streak"] == pytest.approx(per_step / found["storm", 10]["subframes"])
+    assert found["storm", 10]["streak"] <= 16.0
+    assert found["storm", 3]["subframes"] == 3
+    assert found["storm", 3]["streak"] == pytest.approx(per_step / 3)
+    assert found["snow", 10]["subframes"] == 1
