@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from eval.canvas import DEPTH_M, depth_colours
-from pedcross_env.config import CAMERA_PRESETS, CameraConfig, EnvConfig, camera_preset
+from pedcross_env.config import CAMERA_PRESETS, CameraConfig, EnvConfig, WindscreenConfig, camera_preset
 from pedcross_env.env import CrossingEnv
 from pedcross_env.sensors.events import counts_to_png
 from pedcross_env.weather import WEATHERS, weather_by_name, weather_names
@@ -25,6 +25,10 @@ EPISODES = 80
 SETTLING_STEPS = 4  # for the exposure and the event camera, before the picture
 OWN_PX, CARLA_PX, CAMERA_PX = 300, 225, 450  # width of one picture
 JPEG_QUALITY = 82
+WINDSCREENS = {
+    "windscreen_rain": "rain",
+    "windscreen_rain_night": "rain_night",
+}  # pictures and their weathers
 
 HEAD = """# Gallery
 
@@ -70,8 +74,16 @@ def save(name: str, picture: np.ndarray, width_px: int) -> Path:
     return path
 
 
-def drive(weather: str, camera: CameraConfig, seed: int, steps: tuple[int, ...]) -> np.ndarray:
-    env = CrossingEnv(EnvConfig(weather=(weather,), camera=camera))
+def drive(
+    weather: str,
+    camera: CameraConfig,
+    seed: int,
+    steps: tuple[int, ...],
+    windscreen: WindscreenConfig | None = None,
+) -> np.ndarray:
+    env = CrossingEnv(
+        EnvConfig(weather=(weather,), camera=camera, windscreen=windscreen or WindscreenConfig())
+    )
     env.reset(seed=seed)
     return np.vstack([row(env, step) for step in steps])
 
@@ -104,6 +116,12 @@ def page() -> str:
             lines.append("\n## CARLA's presets\n")
         if (FOLDER / f"{name}.jpg").exists():
             lines.append(f"\n**{name}**: {weather_facts(name)}\n\n![{name}](gallery/{name}.jpg)\n")
+    lines.append("\n## Drops on the windscreen (an option)\n")
+    for name, weather in WINDSCREENS.items():
+        if (FOLDER / f"{name}.jpg").exists():
+            lines.append(
+                f"\n**{weather}** with `windscreen={{'drops': True}}`\n\n![{name}](gallery/{name}.jpg)\n"
+            )
     lines.append("\n## Cameras\n")
     for name, camera in CAMERA_PRESETS.items():
         if (FOLDER / f"camera_{name}.jpg").exists():
@@ -124,6 +142,10 @@ def main() -> None:
             own = name in WEATHERS
             picture = drive(name, CameraConfig(), seed, (far, near) if own else (near,))
             print(save(name, picture, 3 * (OWN_PX if own else CARLA_PX)))
+    for name, weather in WINDSCREENS.items():
+        if args.only is None or name in args.only:
+            picture = drive(weather, CameraConfig(), seed, (near,), WindscreenConfig(drops=True))
+            print(save(name, picture, 3 * OWN_PX))
     for name in CAMERA_PRESETS:
         if (
             args.only is None or name in args.only

@@ -177,8 +177,8 @@ def low_beam_table() -> np.ndarray:
 def high_beam_table() -> np.ndarray:
     """Return a high beam, both lamps together: a round hot spot on the axis over a wide, flat foreground.
 
-    Each lamp gives 45,000 cd at most; UN R112 demands 40,500 of its class B, half of that at 2.6 and 5,100 at 5.2
-    degrees to the side.
+    Each lamp gives 45,000 cd at most; UN R112 demands 40,500 of its class B (paragraph 6.3). Its values to the side, taken
+    here as half of that at 2.6 and 5,100 at 5.2 degrees, are from memory and not checked.
 
     Returns:
         Candela over the same angles as low_beam_table.

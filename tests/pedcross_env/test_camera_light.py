@@ -215,7 +215,7 @@ def test_high_beams_pass_their_type_approval():
     brightest = 0.5 * float(table.max())
     assert 40_500 <= brightest <= 215_000
     assert candela(table, 0.0, 0.0) >= 0.8 * brightest
-    for side in (-1, 1):
+    for side in (-1, 1):  # as the table's docstring says: from memory
         assert candela(table, 0.0, 2.6 * side) >= 20_250
         assert candela(table, 0.0, 5.2 * side) >= 5_100
 
