@@ -10,7 +10,6 @@ from pedcross_env.camera.actor_tables import ActorTables, Cast
 from pedcross_env.camera.environment import beam_place, constant_environment, environment, others_beams
 from pedcross_env.camera.free import draw_ground_freely, horizon_line
 from pedcross_env.camera.glare import Glare
-from pedcross_env.camera.kernels.crown import TEXTURE_CHANNELS
 from pedcross_env.camera.kernels.finish import finish_frame
 from pedcross_env.camera.kernels.ground import draw_ground_and_sky
 from pedcross_env.camera.kernels.mirror import GRID_PLANES, mirror_in_road
@@ -129,9 +128,12 @@ class Renderer:
             model_table().arrays,
             material_table(),
         )  # some may have been registered since
-        sums, columns = crown_textures(), self._buf.shape[1]
-        lines = np.empty((2, columns, TEXTURE_CHANNELS))
-        self._crowns = (sums, lines, np.empty(sums.shape[2]), np.empty((3, 4)))
+        levels, columns = crown_textures(), self._buf.shape[1]
+        nodes, row = levels[0].shape[1:]
+        self._crowns = (
+            levels, np.zeros((2, row)), np.zeros(row, np.float32), np.zeros(nodes, np.float32),
+            np.empty(columns, np.int64), np.empty((3, columns), np.float32), np.empty((3, 4)),
+        )  # fmt: skip
         across = (self._scenery.across_low, ACROSS_TEXEL_M)
         tables = [
             snowed(table, *across, street, weather.snow_cover)

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import entry, inlined, kernel
+from pedcross_env.camera.kernels.jit import entry, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM_POSITION,
     ENV_BEAM_TINT,
@@ -30,8 +30,8 @@ TEXTURE_CHANNELS = 5  # cover, tone, and times the tone: the normal to the right
 BORDER = 2  # nodes of the running sums before the texture's edge
 # leaves are translucent: light passes round them (the best line through the clamped cosine over leaves of every tilt)
 SUN_ROUND, SUN_FACING = 0.36, 0.50
-EMPTY = np.float32(1e-7)  # what rounding leaves where there is nothing
-SPARSE = 6.0  # texels per column from which a whole line of texels costs more than those at the columns
+EMPTY = np.float32(1e-4)  # more than what rounding leaves where there is nothing
+FINE = 4.0  # texels per column from which the next coarser texture does: it blurs by a quarter of a pixel at most
 LUMA = (0.2126, 0.7152, 0.0722)
 
 
@@ -92,59 +92,97 @@ def _light_crown(centre, albedo, env, lamps, beams, table, work):
         heads[o, 0] += rho * beam * env[ENV_BEAM_TINT + c]
 
 
-@inlined
-def _node(x, size):
-    """Middle node of three around ``x`` (texels) and the weights of the first and the last: the mean of the running sums' line
-    over one texel, so that a magnified texture is interpolated and a minified one is averaged, by one formula."""
-    x = min(max(x, -0.5), size + 0.5) + (BORDER + 0.5)
-    node = int(x)
-    f = x - node
-    return node, 0.5 * (1.0 - f) * (1.0 - f), 0.5 * f * f
-
-
 @kernel
-def _mix_lines(above, here, below, top, bottom, out):
-    between = 1.0 - top - bottom
-    for m in range(out.shape[0]):
-        out[m] = top * above[m] + between * here[m] + bottom * below[m]
+def _edges_of_columns(start, step, size, nodes, weights):
+    """Fill where each edge between columns lies in a row of the sums: its middle node of three, the weights of the three.
 
-
-@kernel
-def _sums_line(sums, row, columns, step, start, mixed, line):
-    """Fill (columns + 1, TEXTURE_CHANNELS) running sums up to texture row ``row`` and to each column's edges.
+    Their weighted sum is the mean of the running sums' line over one texel, so that a magnified texture is interpolated and a
+    minified one is averaged, by one formula.
 
     Args:
-        sums: (N, N * TEXTURE_CHANNELS) of this crown.
-        row: Texels.
-        columns: How many.
-        step: Texels per column.
         start: Texels, the first edge.
-        mixed: (>= N * TEXTURE_CHANNELS,) work space.
-        line: Filled.
+        step: Texels per column.
+        size: Texels along a row.
+        nodes: (E,) int64, filled.
+        weights: (3, >= E) float32, filled.
     """
-    size = sums.shape[0] - 2 * BORDER - 1
-    j, top, bottom = _node(row, size)
-    k0, k1 = _node(start, size)[0], _node(start + step * columns, size)[0]
-    if abs(step) < SPARSE:
-        low, high = (min(k0, k1) - 1) * TEXTURE_CHANNELS, (max(k0, k1) + 2) * TEXTURE_CHANNELS
-        _mix_lines(
-            sums[j - 1, low:high], sums[j, low:high], sums[j + 1, low:high], top, bottom, mixed[low:high]
+    for i in range(nodes.shape[0]):
+        x = min(max(start + step * i, -0.5), size + 0.5) + (BORDER + 0.5)
+        node = int(x)
+        f = x - node
+        left, right = 0.5 * (1.0 - f) * (1.0 - f), 0.5 * f * f
+        nodes[i] = node
+        weights[0, i], weights[1, i], weights[2, i] = (
+            np.float32(left),
+            np.float32(1.0 - left - right),
+            np.float32(right),
         )
-    for i in range(columns + 1):
-        k, left, right = _node(start + step * i, size)
-        middle = 1.0 - left - right
-        at = (k - 1) * TEXTURE_CHANNELS
-        if abs(step) >= SPARSE:  # only the texels that count
-            low, high = at, at + 3 * TEXTURE_CHANNELS
-            _mix_lines(
-                sums[j - 1, low:high], sums[j, low:high], sums[j + 1, low:high], top, bottom, mixed[low:high]
-            )
-        for c in range(TEXTURE_CHANNELS):
-            line[i, c] = (
-                left * mixed[at + c]
-                + middle * mixed[at + TEXTURE_CHANNELS + c]
-                + right * mixed[at + 2 * TEXTURE_CHANNELS + c]
-            )
+
+
+@kernel
+def _move_on(above, here, below, top, bottom, before, sums, added):
+    """Fill the sums up to a row, and what they have gained on those before: small, so that 32 bits do from here on."""
+    between = 1.0 - top - bottom
+    for k in range(added.shape[0]):
+        now = top * above[k] + between * here[k] + bottom * below[k]
+        added[k] = np.float32(now - before[k])
+        sums[k] = now
+
+
+@kernel
+def _sums_row(texture, row, low, high, before, sums, added):
+    """Fill the sums of the nodes ``low`` to ``high`` up to ``row``, texels; see ``_move_on``."""
+    across = texture.shape[0]
+    x = min(max(row, -0.5), across - 2 * BORDER - 0.5) + (BORDER + 0.5)
+    j = int(x)
+    f = x - j
+    top, bottom = 0.5 * (1.0 - f) * (1.0 - f), 0.5 * f * f
+    for channel in range(TEXTURE_CHANNELS):
+        a, b = channel * across + low, channel * across + high
+        _move_on(
+            texture[j - 1, a:b],
+            texture[j, a:b],
+            texture[j + 1, a:b],
+            top,
+            bottom,
+            before[a:b],
+            sums[a:b],
+            added[a:b],
+        )
+
+
+@kernel
+def _lit(light, tone, right, down, away, out):
+    l0, l1, l2, l3 = np.float32(light[0]), np.float32(light[1]), np.float32(light[2]), np.float32(light[3])
+    for k in range(out.shape[0]):
+        out[k] = l0 * tone[k] + l1 * right[k] + l2 * down[k] + l3 * away[k]
+
+
+@kernel
+def _columns(line, nodes, left, middle, right, share, out):
+    """Fill what of a row's ``line`` lies between the edges of each column, times ``share``."""
+    k = nodes[0]
+    last = left[0] * line[k - 1] + middle[0] * line[k] + right[0] * line[k + 1]
+    for i in range(out.shape[0]):
+        e = i + 1
+        k = nodes[e]
+        now = left[e] * line[k - 1] + middle[e] * line[k] + right[e] * line[k + 1]
+        out[i] = share * (now - last)
+        last = now
+
+
+@kernel
+def _settle_cover(cover, depth_inverse, inverse):
+    for i in range(cover.shape[0]):
+        covered = cover[i] > EMPTY
+        inverse[i] = depth_inverse if covered else F0
+        cover[i] = min(F1, cover[i]) if covered else F0
+
+
+@kernel
+def _settle(cover, plane):
+    for i in range(cover.shape[0]):
+        plane[i] = max(F0, plane[i]) if cover[i] > F0 else F0
 
 
 @kernel
@@ -164,7 +202,8 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     Args:
         crown: (9,) texture, centre (world), half width (negative: mirrored), half height (metres), albedo r, g, b.
         centre: (3,) camera coordinates.
-        textures: (running sums, see scenery.foliage; (2, >= W + 1, TEXTURE_CHANNELS), (N * TEXTURE_CHANNELS,) and (3, 4) work space).
+        textures: Running sums, ever coarser, see scenery.foliage, and work space: (2, 5 N) of two rows; (5 N,) and (N,) float32 of what a row adds; columns'
+            edges, (>= W + 1,) int64 and (3, >= W + 1) float32; (3, 4).
         env: See kernels.lighting.
         lamps: (L, 3) camera coordinates.
         beams: (B, 13).
@@ -178,9 +217,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     focal, cx, cy = optics
     height, width = size
     planes, alpha, inverse = scratch
-    sums, lines, mixed, radiance = textures
-    sums = sums[int(crown[0])]
-    texels = sums.shape[0] - 2 * BORDER - 1
+    levels, sums, added, lit, nodes, weights, radiance = textures
     half_w, half_h = abs(crown[4]), crown[5]
     z = centre[2]
     # beside the camera a flat crown would turn into a wall: it thins out before
@@ -189,6 +226,12 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
         return
     rx, ry = focal * half_w / z, focal * half_h / z
     u0, v0 = cx + focal * centre[0] / z, cy + focal * centre[1] / z
+    level, finer = 0, 0.5 * (levels[0].shape[1] - 2 * BORDER - 1) / rx
+    while finer >= 2.0 * FINE and level < len(levels) - 1:
+        level, finer = level + 1, 0.5 * finer
+    leaves = levels[level][int(crown[0])]
+    across = leaves.shape[0]
+    texels = across - 2 * BORDER - 1
     row0, row1 = (
         max(0, int(math.floor(max(v0 - ry, -1.0)))),
         min(height, int(math.ceil(min(v0 + ry, height + 1.0)))),
@@ -204,28 +247,33 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     depth_inverse = np.float32(1.0 / max(z - 0.35 * half_w, 0.5 * z))
     step, fall = flip * 0.5 * texels / rx, 0.5 * texels / ry  # texels per column, per row
     start, top = 0.5 * texels + step * (a - u0), 0.5 * texels + fall * (row0 - v0)
-    share = flip * fade / (step * flip * fall)
-    _sums_line(sums, top, b - a, step, start, mixed, lines[row0 & 1])
+    share = np.float32(fade / (step * fall))
+    n = b - a
+    nodes = nodes[: n + 1]
+    _edges_of_columns(start, step, texels, nodes, weights)
+    left, middle, right = weights[0], weights[1], weights[2]
+    low, high = min(nodes[0], nodes[n]) - 1, max(nodes[0], nodes[n]) + 2
+    _sums_row(leaves, top, low, high, sums[0], sums[1], added)
+    now = 0
     for row in range(row0, row1):
-        upper, lower = lines[row & 1], lines[(row + 1) & 1]
-        _sums_line(sums, top + fall * (row + 1 - row0), b - a, step, start, mixed, lower)
-        first, beyond = b, a
-        for i in range(a, b):
-            p = i - a
-            cover = np.float32(share * ((lower[p + 1, 0] - lower[p, 0]) - (upper[p + 1, 0] - upper[p, 0])))
-            if cover <= EMPTY:
-                continue
-            tone, right, down, away = (
-                share * ((lower[p + 1, 1] - lower[p, 1]) - (upper[p + 1, 1] - upper[p, 1])),
-                share * ((lower[p + 1, 2] - lower[p, 2]) - (upper[p + 1, 2] - upper[p, 2])),
-                share * ((lower[p + 1, 3] - lower[p, 3]) - (upper[p + 1, 3] - upper[p, 3])),
-                share * ((lower[p + 1, 4] - lower[p, 4]) - (upper[p + 1, 4] - upper[p, 4])),
-            )
-            alpha[row, i] = min(F1, cover)
-            inverse[row, i] = depth_inverse
-            first, beyond = min(first, i), i + 1
-            for c in range(channels):
-                value = light[c, 0] * tone + light[c, 1] * right + light[c, 2] * down + light[c, 3] * away
-                planes[c, row, i] = np.float32(max(0.0, value))
-        if beyond > first:
-            grow(spans, row, first, beyond)
+        _sums_row(leaves, top + fall * (row + 1 - row0), low, high, sums[1 - now], sums[now], added)
+        now = 1 - now
+        cover = alpha[row, a:b]
+        _columns(added[:across], nodes, left, middle, right, share, cover)
+        _settle_cover(cover, depth_inverse, inverse[row, a:b])
+        first, beyond = 0, n
+        while first < beyond and cover[first] <= F0:
+            first += 1
+        while beyond > first and cover[beyond - 1] <= F0:
+            beyond -= 1
+        if beyond == first:
+            continue
+        grow(spans, row, a + first, a + beyond)
+        for c in range(channels):
+            _lit(
+                light[c], added[across + low : across + high], added[2 * across + low : 2 * across + high],
+                added[3 * across + low : 3 * across + high], added[4 * across + low : 4 * across + high], lit[low:high],
+            )  # fmt: skip
+            plane = planes[c, row, a:b]
+            _columns(lit, nodes, left, middle, right, share, plane)
+            _settle(cover, plane)

@@ -11,7 +11,7 @@ from pedcross_env.camera.kernels.crown import BORDER, TEXTURE_CHANNELS, splat_le
 
 __all__ = ["BARE", "COLUMNAR", "CONIFERS", "ROUND", "crown_textures"]
 
-SIZE = 256  # texels along a side
+SIZE, LEVELS = 256, 5  # texels along a side of the finest textures; how many there are, each half as fine
 ROUND, COLUMNAR, CONIFERS, BARE = (0, 1, 2), (3,), (4,), (5, 6)
 """Which textures belong to a species."""
 
@@ -127,22 +127,32 @@ def _bare(rng: np.random.Generator) -> np.ndarray:
     return np.array(strokes)
 
 
-def _running_sums(leaves: np.ndarray) -> np.ndarray:
-    """(N, N * C) sums of the texture above and left of each of its texels' corners."""
-    image = np.zeros((SIZE, SIZE, TEXTURE_CHANNELS), np.float32)
-    splat_leaves(leaves, image)
-    wide = np.pad(image.astype(np.float64), ((BORDER + 1, BORDER), (BORDER + 1, BORDER), (0, 0)))
-    return wide.cumsum(axis=0).cumsum(axis=1).reshape(len(wide), -1)
+def _running_sums(image: np.ndarray) -> np.ndarray:
+    """(N, C * N) sums of the texture above and left of each of its texels' corners, channel by channel in each row."""
+    wide = np.pad(image, ((BORDER + 1, BORDER), (BORDER + 1, BORDER), (0, 0)))
+    sums = wide.cumsum(axis=0).cumsum(axis=1)
+    return np.ascontiguousarray(sums.transpose(0, 2, 1)).reshape(len(wide), -1)
 
 
 @lru_cache(maxsize=1)
-def crown_textures() -> np.ndarray:
+def crown_textures() -> tuple[np.ndarray, ...]:
     """Return all crowns.
 
     Returns:
-        (S, N, N * 5) float64, N = texels along a side + 2 BORDER + 1: per crown, row and column the running sums of the cover, the tone, and the tone times the
-        leaf's normal to the right, downwards and away. Node BORDER is the texture's edge.
+        LEVELS times (S, N, 5 * N) float64, N = texels along a side + 2 BORDER + 1, half as many texels each time: per crown, row,
+        channel and column the running sums of the cover, the tone, and the tone times the leaf's normal to the right,
+        downwards and away. Node BORDER is the texture's edge.
     """
     makers = (_round, _round, _round, _columnar, _conifer, _bare, _bare)
+    images = np.zeros((len(makers), SIZE, SIZE, TEXTURE_CHANNELS), np.float32)
     rngs = np.random.default_rng(31_415).spawn(len(makers))
-    return np.stack([_running_sums(make(rng)) for make, rng in zip(makers, rngs, strict=True)])
+    for image, make, rng in zip(images, makers, rngs, strict=True):
+        splat_leaves(make(rng), image)
+    levels = []
+    for level in range(LEVELS):
+        n = SIZE >> level
+        means = images.reshape(len(makers), n, 1 << level, n, 1 << level, -1).mean(
+            axis=(2, 4), dtype=np.float64
+        )
+        levels.append(np.stack([_running_sums(image) for image in means]))
+    return tuple(levels)

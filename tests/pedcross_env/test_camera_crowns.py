@@ -1,0 +1,44 @@
+"""Crowns of trees are means of their leaves, at any size."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pedcross_env.camera import Renderer
+from pedcross_env.config import CameraConfig
+from pedcross_env.contracts import ACTOR_DTYPE, ActorKind, Snapshot, StaticClass
+from pedcross_env.scenario.street import StreetSpec
+from pedcross_env.weather import Weather
+
+SAMPLES = 8
+
+
+def picture(samples: int, luminance_only: bool = False, x_m: float = 0.0):
+    camera = CameraConfig(width_px=112 * samples, height_px=64 * samples)
+    renderer = Renderer(camera)
+    renderer.load(StreetSpec(seed=5), Weather())
+    ego = np.zeros((), ACTOR_DTYPE)
+    ego["id"], ego["kind"], ego["x"] = 1, ActorKind.VEHICLE, x_m
+    return renderer.render(Snapshot(0.0, ego, np.zeros(0, ACTOR_DTYPE)), luminance_only=luminance_only)
+
+
+@pytest.mark.parametrize("x_m", [0.0, 7.3])
+def test_a_crown_is_the_mean_of_a_finer_picture_of_it(x_m: float) -> None:
+    """At 112x64 nearly all crowns come from coarser textures than in the finer picture."""
+    coarse, fine = picture(1, x_m=x_m), picture(SAMPLES, x_m=x_m)
+    blocks = fine.luminance.reshape(64, SAMPLES, 112, SAMPLES).mean(axis=(1, 3))
+    leaves = (fine.instance == StaticClass.VEGETATION).reshape(64, SAMPLES, 112, SAMPLES).mean(
+        axis=(1, 3)
+    ) > 0.9
+    assert leaves.sum() > 100
+    off = np.abs(np.log(coarse.luminance[leaves] / blocks[leaves]))
+    assert np.median(off) < 0.03
+    assert np.quantile(off, 0.9) < 0.2  # edges of what stands before them
+
+
+def test_luminance_alone_is_that_of_the_colours() -> None:
+    grey, colour = picture(2, luminance_only=True), picture(2)
+    leaves = colour.instance == StaticClass.VEGETATION
+    assert leaves.any()
+    np.testing.assert_allclose(grey.luminance[leaves], colour.luminance[leaves], rtol=2e-3)
