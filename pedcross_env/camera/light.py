@@ -115,7 +115,9 @@ def light_of(weather: Weather) -> Light:
     sky_tint = _tint(*(np.array([0.57, 0.785, 1.17]) * (1 - grey) + np.array([0.97, 1.0, 1.03]) * grey))
     if weather.night:
         sky_tint = _tint(*(np.array([0.75, 0.85, 1.1]) * (1 - grey) + np.array([1.0, 0.93, 0.85]) * grey))
-    warm = low * (1 - grey) if weather.sun_altitude_deg > -6 else 0.0  # a low sun reddens the haze it shines through
+    warm = (
+        low * (1 - grey) if weather.sun_altitude_deg > -6 else 0.0
+    )  # a low sun reddens the haze it shines through
     haze_tint = _tint(*(0.45 * sky_tint + 0.55 * np.array([1.0, 1.0 - 0.22 * warm, 1.0 - 0.55 * warm])))
     mean = sky / math.pi
     total = sky + direct * max(0.0, direction[2])
