@@ -76,8 +76,8 @@ class StreetSpec:
     """A two-way street along x, its centre line at y = 0, right-hand traffic; it may bend or be crossed.
 
     From the middle outwards on both sides: lanes, a parking strip (may be 0 wide), kerb, sidewalk, facades.
-    Vehicles heading +x drive at y < 0. Where the street bends, x and y of what stands on it are read as distance
-    along the centre line and to its left: ``scenario.layout`` converts.
+    Vehicles heading +x drive at y < 0. Where the street bends, x of its zebras is read as distance along the centre;
+    people and vehicles are always placed in the world's coordinates: ``scenario.layout.to_world`` converts.
     """
 
     start_x_m: float = -60.0

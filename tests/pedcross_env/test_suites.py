@@ -9,6 +9,8 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 from pedcross_env.camera import Renderer
@@ -240,3 +242,35 @@ def test_a_suite_of_ones_own() -> None:
         register_suite(dataclasses.replace(mine, name="un-r152"))
     with pytest.raises(ConfigError, match="MINE-50/30"):
         Suite(name="twice", cells=(cell, cell), **facts)
+
+
+KINDS = ("crossing", "crossing", "group", "along", "standing", "gap")
+any_cell = st.builds(
+    Cell, id=st.just("ANY-50/1"), provenance=st.just(OWN), kind=st.sampled_from(KINDS),
+    ego_kmh=st.floats(5, 90), pedestrian_kmh=st.floats(1, 16), impact_share=st.floats(0.1, 0.9),
+    far_side=st.booleans(), child=st.booleans(), obstructed=st.booleans(), start_m=st.floats(2.5, 6.0),
+    run_up_m=st.sampled_from([0.0, 0.5, 1.0, 1.5]), turn=st.sampled_from(["", "", "left", "right"]),
+    turn_radius_m=st.floats(6.5, 14.0), ttc_s=st.floats(2.0, 8.0), strict=st.booleans(),
+    trigger_s=st.sampled_from([0.0, 0.0, 1.5, 3.0]),
+)  # fmt: skip
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(st.data())
+def test_any_cell_is_refused_by_name_or_hits_where_it_says(data: st.DataObject) -> None:
+    refused = ""
+    try:
+        cell = data.draw(any_cell)
+        scenario = cell.scenario()
+    except ConfigError as error:
+        refused = str(error)
+    if refused:
+        assert re.match(r"Cell\('ANY-50/1'\)\.\w+ = |Scenario\.pedestrians\[\d\] = ", refused)
+        return
+    world = never_braking(scenario)
+    if not cell.hits:
+        assert world.outcome is Outcome.PASSED
+        return
+    assert world.outcome is Outcome.COLLISION
+    assert abs(impact_share(world, 1.8) - cell.impact_share) * 1.8 < 0.05
+    assert world.impact_speed_mps == pytest.approx(cell.ego_mps, abs=1e-9)

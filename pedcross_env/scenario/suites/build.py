@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pedcross_env.config import EgoConfig
+from pedcross_env.config import EgoConfig, require
 from pedcross_env.errors import ConfigError
 from pedcross_env.scenario.layout import turning_route
 from pedcross_env.scenario.scenario import Leg, PedestrianSpec, Scenario, VehicleSpec
@@ -73,7 +73,7 @@ def build_scenario(cell: Cell, ego: EgoConfig, seed: int) -> Scenario:
         ego_speed_mps=cell.ego_mps,
         ego_turn=cell.turn or "straight",
         finish_x_m=frame.contact_m + AFTER_M,
-        duration_s=contact_s + AFTER_S,
+        duration_s=contact_s + max(AFTER_S, (AFTER_M + ego.length_m) / cell.ego_mps),
         pedestrians=tuple(people),
         vehicles=tuple(vehicles),
     )
@@ -124,7 +124,16 @@ def _walk_s(cell: Cell, ego: EgoConfig) -> float:
     """From setting off to the contact."""
     speed = cell.pedestrian_kmh / 3.6
     run_up = cell.run_up_m or 0.5 * speed * RAMP_S
-    return (_walk_m(cell, ego) + run_up) / speed
+    walk_m = _walk_m(cell, ego)
+    require(
+        walk_m >= run_up, f"Cell({cell.id!r}).run_up_m", run_up,
+        f"no longer than the way to the contact ({walk_m:.2f} m), e.g. {0.5 * max(walk_m, 0.2):.1f}",
+    )  # fmt: skip
+    return (walk_m + run_up) / speed
+
+
+def _least_trigger_s(run_up_m: float, speed_mps: float, earlier_s: float) -> float:
+    return math.ceil(10 * ((run_up_m + max(0.5, run_up_m)) / speed_mps + earlier_s)) / 10
 
 
 def _contact_s(cell: Cell, ego: EgoConfig, person: Size) -> float:
@@ -189,10 +198,11 @@ def _crossing(
     if cell.trigger_s:  # counted to the pedestrian's middle: the contact comes sooner by its depth
         run_up = cell.run_up_m or 0.5 * speed * RAMP_S
         walk_m = speed * (cell.trigger_s - depth / cell.ego_mps) - run_up
-        if walk_m <= 0.5:
+        if walk_m < max(0.5, run_up):
             raise ConfigError(
                 f"Cell({cell.id!r}).trigger_s = {cell.trigger_s:g} is impossible: the ego arrives before the "
-                f"pedestrian has sped up; give {2 * (run_up + 0.5) / speed + depth / cell.ego_mps:.1f} or more."
+                f"pedestrian has sped up; give {_least_trigger_s(run_up, speed, depth / cell.ego_mps):.1f} or more, or "
+                f"less run_up_m."
             )
     along, across = math.sin(turned), -side * math.cos(turned)
     to = (ahead, _offset_m(cell, ego))

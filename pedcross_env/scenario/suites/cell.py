@@ -144,6 +144,10 @@ class Cell:
         require(0.5 <= self.ttc_s <= 30, f"{name}.ttc_s", self.ttc_s, "0.5 to 30 s, e.g. 4")
         require(0 <= self.trigger_s <= 30, f"{name}.trigger_s", self.trigger_s, "0 (none) to 30 s")
         require(5 <= self.turn_radius_m <= 20, f"{name}.turn_radius_m", self.turn_radius_m, "5 to 20 m")
+        require(
+            not self.turn or (self.kind == "crossing" and not self.obstructed), f"{name}.turn", self.turn,
+            "'' unless kind is 'crossing' without obstruction",
+        )  # fmt: skip
         if self.kind == "along":
             require(
                 self.ego_kmh > self.pedestrian_kmh, f"{name}.ego_kmh", self.ego_kmh,
