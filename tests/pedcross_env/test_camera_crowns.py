@@ -30,7 +30,7 @@ def test_a_crown_is_the_mean_of_a_finer_picture_of_it(x_m: float) -> None:
     blocks = fine.luminance.reshape(64, SAMPLES, 112, SAMPLES).mean(axis=(1, 3))
     leaves = (fine.instance == StaticClass.VEGETATION).reshape(64, SAMPLES, 112, SAMPLES).mean(
         axis=(1, 3)
-    ) > 0.9
+    ) > 0.5
     assert leaves.sum() > 100
     off = np.abs(np.log(coarse.luminance[leaves] / blocks[leaves]))
     assert np.median(off) < 0.03
