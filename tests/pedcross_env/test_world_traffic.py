@@ -12,6 +12,7 @@ from pedcross_env.contracts import Outcome
 from pedcross_env.errors import ConfigError
 from pedcross_env.scenario import Leg, PedestrianSpec, Scenario, StreetSpec, VehicleSpec
 from pedcross_env.scenario.footprints import box_to_disc_m
+from pedcross_env.scenario.layout import to_street, to_world
 from pedcross_env.scenario.sampler import sample_crossing
 from pedcross_env.scenario.sizes import contact_radius_m
 from pedcross_env.world import World
@@ -103,3 +104,26 @@ def test_importing_the_world_opens_no_display() -> None:
     )
     environment = {"PATH": "/usr/bin:/bin", "PYTHONPATH": ":".join(sys.path)}
     subprocess.run([sys.executable, "-c", code], check=True, env=environment)
+
+
+@pytest.mark.parametrize("curvature", [1 / 60, -1 / 45])
+def test_cars_follow_the_bend_in_their_lane_at_their_speed(curvature):
+    street = StreetSpec(curvature_per_m=curvature, curve_start_x_m=20.0, curve_length_m=50.0)
+    x, y, heading = (float(v) for v in to_world(street, 95.0, 1.75))
+    cars = (
+        VehicleSpec(x_m=10.0, y_m=-1.75, speed_mps=8.0),
+        VehicleSpec(x_m=x, y_m=y, yaw_rad=heading + math.pi, speed_mps=8.0),
+    )
+    world = build(Scenario(name="bend", street=street, vehicles=cars, ego_speed_mps=0.0, ego_x_m=-40.0))
+    before = world.snapshot(0.0).actors
+    while world.outcome is Outcome.RUNNING:
+        world.step(0.0)
+        now = world.snapshot(world.time_s).actors
+        s, d = to_street(street, now["x"], now["y"])
+        np.testing.assert_allclose(d, [-1.75, 1.75], atol=1e-6)
+        turned = now["yaw"] - to_world(street, s)[2] - [0.0, math.pi]
+        np.testing.assert_allclose(np.sin(turned), 0.0, atol=1e-6)
+        driven = np.hypot(now["x"] - before["x"], now["y"] - before["y"])
+        np.testing.assert_allclose(driven * 30, 0.5 * (now["speed"] + before["speed"]), rtol=1e-3)
+        before = now
+    assert to_street(street, now["x"], now["y"])[0] @ [1.0, -1.0] > 50.0  # both are through
