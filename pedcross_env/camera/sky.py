@@ -28,7 +28,7 @@ class Sky:
         self._step = max(4, int(NODE_RAD * camera.focal_px))
         rows, columns = camera.height_px // self._step + 2, camera.width_px // self._step + 2
         self._nodes = {c: np.zeros((c, rows, columns), np.float32) for c in (1, 3)}
-        self._work = np.zeros(columns, np.float32), np.zeros(2)
+        self._work = np.zeros(columns, np.float32), np.zeros(camera.width_px, np.float32), np.zeros(2)
         self._texture: np.ndarray | None = None
 
     def load(self, weather: Weather, seed: int) -> None:

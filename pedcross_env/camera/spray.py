@@ -92,7 +92,10 @@ class Spray:
         speed, width = float(actor["speed"]), float(actor["width"])
         fresh = spray_thickness(speed, self._film_mm, float(actor["height"]))
         away = math.hypot(float(actor["x"]) - pose.origin[0], float(actor["y"]) - pose.origin[1])
-        if fresh <= 0 or away > RANGE_M + 20:
+        ahead = sum(
+            float(pose.rotation[2, k]) * (float(actor[axis]) - pose.origin[k]) for k, axis in enumerate("xyz")
+        )
+        if fresh <= 0 or away > RANGE_M + 20 or ahead < -speed * LIFE_S - float(actor["length"]):
             return np.zeros((0, 8))
         yaw = float(actor["yaw"])
         c, s = math.cos(yaw), math.sin(yaw)

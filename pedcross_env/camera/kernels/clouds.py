@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from pedcross_env.camera.kernels.ground import free_row
 from pedcross_env.camera.kernels.jit import entry, kernel
 from pedcross_env.camera.kernels.lighting import ENV_BETA, sky_radiance
 
@@ -72,18 +73,18 @@ def _between_rows(low, high, part, line):
 
 
 @kernel
-def _add_row(line, step, alpha, plane):
+def _add_row(line, step, first, last, free, plane):
+    """Interpolate nodes to the pixels from ``first`` to ``last`` and add them to the share that is free."""
     scale = F1 / np.float32(step)
-    cell, first = 0, 0
-    while first < plane.shape[0]:
-        value, slope = line[cell], (line[cell + 1] - line[cell]) * scale
-        last = min(plane.shape[0], first + step)
-        piece, covered = plane[first:last], alpha[first:last]
+    while first < last:
+        cell = first // step
+        end = min(last, (cell + 1) * step)
+        slope = (line[cell + 1] - line[cell]) * scale
+        value = line[cell] + slope * (np.float32(first - cell * step) + np.float32(0.5))
+        piece, share = plane[first:end], free[first:end]
         for i in range(piece.shape[0]):
-            more = value + slope * (np.float32(i) + np.float32(0.5))
-            piece[i] += max(F0, F1 - covered[i]) * more
-        cell += 1
-        first = last
+            piece[i] += share[i] * (value + slope * np.float32(i))
+        first = end
 
 
 @entry
@@ -100,10 +101,10 @@ def add_clouds(out, alpha, texture, white, rotation, env, optics, step, nodes, w
         optics: Focal length, cx, cy.
         step: Pixels between nodes.
         nodes: (C, H // step + 2, W // step + 2) work space.
-        work: (W // step + 2,) float32 and (2,) float64 work space.
+        work: (W // step + 2,) and (W,) float32 and (2,) float64 work space.
     """
     channels, height, width = out.shape
-    line, found = work
+    line, free, found = work
     focal, cx, cy = optics
     # the lowest row that looks above the horizon, at either edge
     tilt = -rotation[0, 2] / rotation[1, 2]
@@ -112,10 +113,8 @@ def add_clouds(out, alpha, texture, white, rotation, env, optics, step, nodes, w
     rows = min(height, int(lowest) + 1)
     done = -1
     for row in range(rows):
-        full = True
-        for i in range(width):
-            full = full and alpha[row, i] > np.float32(0.999)
-        if full:
+        a, b = free_row(alpha[row], free)
+        if b <= a:
             continue
         at = (row + 0.5) / step
         k = int(at)
@@ -126,4 +125,4 @@ def add_clouds(out, alpha, texture, white, rotation, env, optics, step, nodes, w
         part = np.float32(at - k)
         for c in range(channels):
             _between_rows(nodes[c, k], nodes[c, k + 1], part, line)
-            _add_row(line, step, alpha[row], out[c, row])
+            _add_row(line, step, a, b, free, out[c, row])
