@@ -1,6 +1,7 @@
 """People: bodies that walk without slipping, jumping or popping, and what they wear."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -26,6 +27,7 @@ from pedcross_env.camera.kernels.pose import (
 )
 from pedcross_env.camera.people import person_of
 from pedcross_env.camera.riders import RIDER_HEIGHT_M, rider_of
+from pedcross_env.camera.shade import Shade
 from pedcross_env.errors import ConfigError
 from pedcross_env.scenario import ACCESSORIES, Leg, PedestrianSpec, StreetSpec
 from pedcross_env.weather.weather import Weather
@@ -255,3 +257,39 @@ def test_a_cyclist_sits_on_the_saddle_with_its_feet_on_the_turning_pedals(seed):
             )  # the leg reaches its foot
             hand = placed[HAND + RIGHT * k, 0]
             assert np.hypot(hand[0] - 0.34, hand[2] - 1.04) < 0.2
+
+
+def alone(width_px, height_px):
+    """Return a camera on a street where nothing stands but actors; ``_alpha`` is then what they cover."""
+    made = renderer(width_px=width_px, height_px=height_px)
+    scenery = made._scenery
+    behind = scenery.panels[:1].copy()
+    behind[:, 0] -= 1e4
+    nothing = {name: getattr(scenery.props, name)[:0] for name in ("numbers", "idents", "looks")}
+    made._scenery = replace(
+        scenery, panels=behind, groups=scenery.groups[:0], props=replace(scenery.props, **nothing)
+    )
+    made._shade = Shade(made._scenery, made._light)
+    return made
+
+
+def test_nothing_shows_through_where_limbs_meet():
+    """A pixel that a four times finer picture covers wholly is covered, and shows nothing of who stands behind."""
+    plain, fine = alone(240, 136), alone(960, 544)
+    inside = 0
+    for k, phase in enumerate(np.linspace(0.0, 0.9, 7)):
+        walk = {"gait_phase": phase, "gait_stride": 1.2, "yaw": 0.8 * k}
+        front = pedestrian(5, 5.0, -1.6, model=k % 3, seed=k, **walk)
+        fine.render(snapshot(front))
+        whole = fine._alpha.reshape(136, 4, 240, 4).min(axis=(1, 3)) > 0.999
+        plain.render(snapshot(front))
+        assert plain._alpha[whole].min() > 0.97
+        dressed = [
+            plain.render(snapshot(front, pedestrian(6, 6.5, -1.6, height=1.95, seed=seed))).luminance
+            for seed in (1, 2)
+        ]
+        step = np.abs(dressed[0] - dressed[1])
+        assert step.max() > 0.05 * dressed[0].max()  # whoever stands behind is seen beside
+        assert step[whole].max() < 0.02 * step.max()
+        inside += whole.sum()
+    assert inside > 2000
