@@ -1,7 +1,8 @@
 """Sensors: pure functions, their state an argument; usable without the environment.
 
 - rgb: exposure, noise and quantisation of the RGB camera
-- dvs: the event camera; dvs_config: its settings and presets; intensity: the logarithms it compares
+- dvs: the event camera; dvs_state: what it remembers; dvs_config: its settings and presets
+- intensity: the logarithms it compares
 - causes: what events are put down to
 - events: what is made of events: counts, images
 - representations: events of a fixed window as an array: counts, voxel grid, time surface, pictures
