@@ -1,0 +1,116 @@
+"""Light on a front: paints under a uniform light, street lamps from a map, the ego's beam, lit windows."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.lighting import (
+    ENV_BETA,
+    ENV_BOUNCE,
+    ENV_SKY,
+    ENV_SUN,
+    head_irradiance,
+    sky_radiance,
+)
+from pedcross_env.camera.kernels.rows import F1
+
+__all__ = [
+    "add_shine",
+    "colour_by_lamps",
+    "colour_panel",
+    "head_row",
+    "lamp_light",
+    "paint_of",
+    "to_luminance",
+]
+
+INV_PI = np.float32(1 / math.pi)
+
+
+@kernel
+def paint_of(panel, env, sun, c):
+    """Return one channel's albedo of the wall and of frames, radiance of glass and of a white wall."""
+    light = 0.5 * (env[ENV_SKY + c] + env[ENV_BOUNCE + c]) + env[ENV_SUN + c] * sun
+    wall = np.float32(panel[8 + c])
+    frame = min(np.float32(0.75), wall * np.float32(panel[18]) + np.float32(0.06))
+    glass = 0.10 * sky_radiance(0.35, env, c) + 0.02 * light / math.pi
+    return wall, frame, np.float32(glass), np.float32(light / math.pi)
+
+
+@kernel
+def colour_panel(wall, masonry, frame, glass, light, stone, trim, pane, shade, out):
+    """Fill one plane under a uniform light (radiance of a white surface)."""
+    for i in range(out.shape[0]):
+        surface = wall + wall * (masonry - F1) * stone[i]
+        surface = surface * (F1 - pane[i] - trim[i]) + frame * trim[i]
+        out[i] = surface * shade[i] * light + pane[i] * glass
+
+
+@kernel
+def colour_by_lamps(wall, masonry, frame, glass, light, tint, stone, trim, pane, shade, lamp, head, out):
+    """Fill one plane under a uniform light, street lamps and the ego's beam."""
+    for i in range(out.shape[0]):
+        surface = wall + wall * (masonry - F1) * stone[i]
+        surface = surface * (F1 - pane[i] - trim[i]) + frame * trim[i]
+        total = light + (lamp[i] * tint + head[i]) * INV_PI
+        out[i] = surface * shade[i] * total + pane[i] * glass
+
+
+@kernel
+def add_shine(lit, radiance, out):
+    """Add the light of windows."""
+    for i in range(out.shape[0]):
+        out[i] += lit[i] * radiance
+
+
+@kernel
+def lamp_light(s, t, base, origin_x, axis_x, lamp_map, map_start, map_step, out):
+    """Bilinear look-up of the lamps' illuminance on this side's fronts: rows height, columns along the street."""
+    rows, columns = lamp_map.shape
+    for i in range(out.shape[0]):
+        p = min(max((origin_x + axis_x * s[i] - map_start) / map_step, 0.0), columns - 1.001)
+        q = min(max((t[i] + base) / map_step, 0.0), rows - 1.001)
+        a, b = int(q), int(p)
+        fq, fp = q - a, p - b
+        low = lamp_map[a, b] + fp * (lamp_map[a, b + 1] - lamp_map[a, b])
+        high = lamp_map[a + 1, b] + fp * (lamp_map[a + 1, b + 1] - lamp_map[a + 1, b])
+        out[i] = low + fq * (high - low)
+
+
+@kernel
+def _head_at(x, y, inverse, normal, env, table, optics, point):
+    focal, cx, cy = optics
+    z = 1.0 / max(inverse, np.float32(1e-6))
+    point[0], point[1], point[2] = (x - cx) * z / focal, (y - cy) * z / focal, z
+    cosine = -(point[0] * normal[0] + point[1] * normal[1] + z * normal[2])
+    if cosine <= 0.0:
+        return np.float32(0)
+    r = math.sqrt(point[0] ** 2 + point[1] ** 2 + z * z)
+    return np.float32(head_irradiance(point, env, table, env[ENV_BETA]) * cosine / r)
+
+
+@kernel
+def head_row(xs, ys, inverse, normal, env, table, optics, point, out):
+    """Illuminance from the ego's beam; its table is smooth, so that every eighth pixel of a row is enough."""
+    n = out.shape[0]
+    before = _head_at(xs[0], ys[0], inverse[0], normal, env, table, optics, point)
+    out[0] = before
+    i = 0
+    while i < n - 1:
+        j = i + 1
+        while j < n - 1 and j < i + 8 and ys[j + 1] == ys[i]:
+            j += 1
+        after = _head_at(xs[j], ys[j], inverse[j], normal, env, table, optics, point)
+        for k in range(i + 1, j + 1):
+            out[k] = before + (after - before) * np.float32((k - i) / (j - i))
+        i, before = j, after
+
+
+@kernel
+def to_luminance(red, green, blue):
+    """Turn the first of three planes into their luminance."""
+    for i in range(red.shape[0]):
+        red[i] = np.float32(0.2126) * red[i] + np.float32(0.7152) * green[i] + np.float32(0.0722) * blue[i]
