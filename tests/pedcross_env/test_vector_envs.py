@@ -11,7 +11,7 @@ CONFIG = {"camera": {"width_px": 48, "height_px": 32}, "modalities": ["dvs"]}
 
 
 WORKERS = int(os.environ.get("PEDCROSS_WORKERS", "2"))
-"""As many as there are seeds; any number up to 16 has been tried."""
+"""How many run beside each other; set the variable for more than a small machine has cores for."""
 
 
 def make():
