@@ -17,9 +17,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
+from machine import cpu_name
 from scenes import generated_drive, reference_scene, reference_street
 
 from pedcross_env.camera import Renderer, camera_pose, project
@@ -56,16 +56,6 @@ env = CrossingEnv({"modalities": ["rgb"], "weather": ["clear"]})
 env.reset(seed=0)
 print(time.perf_counter() - start)
 """
-
-
-def cpu_name() -> str:
-    """The processor's own name where the system tells it."""
-    path = Path("/proc/cpuinfo")
-    lines = path.read_text().splitlines() if path.exists() else []
-    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    flags = next((line for line in lines if line.startswith("flags")), "")
-    widest = next((name for name in ("avx512f", "avx2", "avx") if f" {name} " in f"{flags} "), "")
-    return f"{names[0] if names else platform.processor()} ({os.cpu_count()} CPUs, {widest or platform.machine()})"
 
 
 def moments(scene: str, weather: Weather) -> tuple[StreetSpec, list[Snapshot]]:

@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import argparse
 import logging
-import platform
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from machine import cpu_name
 
 from pedcross_env.sensors import DvsConfig, dvs_preset, initial_state, log_luminance, step, step_counts
 from pedcross_env.sensors.dvs import DvsState
@@ -50,14 +50,6 @@ CAMERAS = {
     "davis346": dvs_preset("davis346", bus_events_per_s=None),
     "gen4": dvs_preset("gen4", bus_events_per_s=None),
 }
-
-
-def cpu_name() -> str:
-    try:
-        with open("/proc/cpuinfo") as lines:
-            return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    except OSError:
-        return platform.processor()
 
 
 def moving_scene(shift_px_per_frame: float) -> list[np.ndarray]:

@@ -10,12 +10,12 @@ for events, the RGB render, and all else (world, event camera, RGB sensor, preci
 from __future__ import annotations
 
 import argparse
-import platform
 import time
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from machine import cpu_name
 
 from pedcross_env.env import CrossingEnv
 from pedcross_env.weather import Weather
@@ -47,14 +47,6 @@ CASES = [
     Case("rain", {"weather": ("rain",)}),
     Case("night", {"weather": ("night",)}),
 ]  # fmt: skip
-
-
-def cpu_name() -> str:
-    try:
-        with open("/proc/cpuinfo") as lines:
-            return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    except OSError:
-        return platform.processor()
 
 
 @dataclass

@@ -9,7 +9,6 @@ rendering, episodes one after the other with their resets counted, in alternatio
 
 import argparse
 import math
-import platform
 import time
 import warnings
 from collections.abc import Callable
@@ -17,19 +16,12 @@ from collections.abc import Callable
 import gymnasium
 import highway_env  # noqa: F401 - registers its environments
 import numpy as np
+from machine import cpu_name
 
 from pedcross_env.env import CrossingEnv
 from pedcross_env.scenario import Leg, PedestrianSpec, Scenario, StreetSpec, VehicleSpec
 
 BAR = 1500.0
-
-
-def cpu_name() -> str:
-    try:
-        with open("/proc/cpuinfo") as lines:
-            return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    except OSError:
-        return platform.processor()
 
 
 def busy_street(vehicles: int = 5, pedestrians: int = 5) -> Scenario:

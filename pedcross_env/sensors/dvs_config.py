@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 import types
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 from pedcross_env.errors import require, unknown_name
+from pedcross_env.presets import changed_preset
 
 __all__ = ["DVS_MODELS", "DVS_PRESETS", "DvsConfig", "DvsModel", "dvs_preset"]
 
@@ -150,10 +150,4 @@ def dvs_preset(name: str, **changes: Any) -> DvsConfig:
     Raises:
         ConfigError: For an unknown name or field (names the nearest one), or a value out of range.
     """
-    if name not in DVS_PRESETS:
-        raise unknown_name("event camera preset", name, DVS_PRESETS)
-    known = [f.name for f in dataclasses.fields(DvsConfig)]
-    for key in changes:
-        if key not in known:
-            raise unknown_name("key for DvsConfig", key, known)
-    return dataclasses.replace(DVS_PRESETS[name], **changes)
+    return changed_preset("event camera preset", DVS_PRESETS, name, changes)

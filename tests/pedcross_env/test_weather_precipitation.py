@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from pedcross_env.camera import CameraPose
 from pedcross_env.contracts import Frame
 from pedcross_env.env import CrossingEnv
 from pedcross_env.optics import distort
@@ -27,23 +28,10 @@ STEP_S = 4e-3
 DROP = 0.95 * 0.5 * AIRLIGHT  # on a black picture
 
 
-@dataclass(frozen=True)
-class View:
-    origin: np.ndarray
-    rotation: np.ndarray
-    focal_px: float = FOCAL
-    cx: float = WIDTH / 2
-    cy: float = HEIGHT / 2
-    width_px: int = WIDTH
-    height_px: int = HEIGHT
-    lens: str = "pinhole"
-    distortion: tuple[float, ...] = ()
-
-
-def view(x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> View:
+def view(x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> CameraPose:
     c, s = math.cos(yaw), math.sin(yaw)
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    return View(np.array([x, y, 1.35]), FORWARD @ turn)
+    return CameraPose(np.array([x, y, 1.35]), FORWARD @ turn, FOCAL, 0.5 * WIDTH, 0.5 * HEIGHT, WIDTH, HEIGHT)
 
 
 def black(radiance: bool = False) -> Frame:
@@ -55,7 +43,7 @@ def rain(rate: float, seed: int = 1, wind: float = 0.0) -> Precipitation:
     return Precipitation(Weather(rain_mm_h=rate, wind_mps=wind), seed)
 
 
-def picture(drops: Precipitation, pose: View, time_s: float, exposure_s: float = 0.0) -> np.ndarray:
+def picture(drops: Precipitation, pose: CameraPose, time_s: float, exposure_s: float = 0.0) -> np.ndarray:
     frame = black()
     drops.draw(frame, pose, time_s, exposure_s, 0.0)
     return frame.luminance.astype(np.float64) / DROP
@@ -145,7 +133,7 @@ def _centroid(image: np.ndarray) -> tuple[float, float, float]:
 
 def test_a_camera_with_a_wider_view_sees_the_same_drops_in_the_shared_part() -> None:
     drops, wide = rain(30.0), np.zeros((HEIGHT, 600), np.float32)
-    pose = View(view().origin, FORWARD, cx=300.0, width_px=600)
+    pose = replace(view(), cx=300.0, width_px=600)
     drops.draw(Frame(wide, None, None, None, AIRLIGHT), pose, 3.0, 0.003, 5.0)
     narrow = black()
     drops.draw(narrow, view(), 3.0, 0.003, 5.0)
@@ -158,7 +146,7 @@ def test_a_telephoto_lens_sees_the_same_drops_farther_away() -> None:
     drops = rain(100.0)
     wide, tele = black(), black()
     drops.draw(wide, view(), 3.0, 0.0, 0.0)
-    drops.draw(tele, View(view().origin, FORWARD, focal_px=2 * FOCAL), 3.0, 0.0, 0.0)
+    drops.draw(tele, replace(view(), focal_px=2 * FOCAL), 3.0, 0.0, 0.0)
     halves = tele.luminance.reshape(HEIGHT // 2, 2, WIDTH // 2, 2).mean(axis=(1, 3))
     left, top = WIDTH // 4, HEIGHT // 4
     middle = wide.luminance[top : top + HEIGHT // 2, left : left + WIDTH // 2]
@@ -174,7 +162,7 @@ def test_drops_are_where_the_lens_shows_them(lens: str, k: tuple[float, ...]) ->
     """A drop's centroid in the pinhole's picture, bent by the formulas of optics, is its centroid in the lens's."""
     drops, found = rain(0.02), 0
     for second in range(400):
-        poses = View(view().origin, FORWARD), View(view().origin, FORWARD, lens=lens, distortion=k)
+        poses = view(), replace(view(), lens=lens, distortion=k)
         images = [picture(drops, pose, float(second)) for pose in poses]
         if any(image.max() < 0.2 or _touches_edge(image) for image in images):
             continue

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from pedcross_env.camera import CameraPose
 from pedcross_env.config import CameraConfig, EnvConfig, WindscreenConfig
 from pedcross_env.contracts import Frame
 from pedcross_env.env import CrossingEnv
@@ -22,20 +22,7 @@ SMALL = {"width_px": 64, "height_px": 36}
 DROPS = WindscreenConfig(drops=True)
 
 
-@dataclass(frozen=True)
-class View:
-    origin: np.ndarray
-    rotation: np.ndarray
-    focal_px: float = FOCAL
-    cx: float = WIDTH / 2
-    cy: float = HEIGHT / 2
-    width_px: int = WIDTH
-    height_px: int = HEIGHT
-    lens: str = "pinhole"
-    distortion: tuple[float, ...] = ()
-
-
-POSE = View(np.zeros(3), np.eye(3))
+POSE = CameraPose(np.zeros(3), np.eye(3), FOCAL, 0.5 * WIDTH, 0.5 * HEIGHT, WIDTH, HEIGHT)
 
 
 def scene() -> Frame:

@@ -88,6 +88,13 @@ def _capsule_work(channels):
 
 
 @kernel
+def _shine(env, sun, share):
+    """Let a share of the sun's light through to what is drawn next."""
+    for c in range(3):
+        env[ENV_SUN + c] = share * sun[c]
+
+
+@kernel
 def _sort(keys, order, count):
     """Order by key, ascending (insertion sort: short and nearly sorted lists)."""
     for i in range(count):
@@ -290,12 +297,11 @@ def draw_scene(
     most = max(n + g, n + panels.shape[0])
     ranks, near, which = np.empty(most, np.int64), np.empty(most), np.empty(most, np.int64)
     _sort(keys, ranks, n + g)
-    sun0, sun1, sun2 = env[ENV_SUN], env[ENV_SUN + 1], env[ENV_SUN + 2]
+    sun = (env[ENV_SUN], env[ENV_SUN + 1], env[ENV_SUN + 2])
     for k in ranks[: n + g]:
         if keys[k] >= 1e9:
             break
-        share = sunlit[0][k] if k < n else sunlit[1][k - n]
-        env[ENV_SUN], env[ENV_SUN + 1], env[ENV_SUN + 2] = share * sun0, share * sun1, share * sun2
+        _shine(env, sun, sunlit[0][k] if k < n else sunlit[1][k - n])
         if k < n:
             if idents[k, 1] == ROOF_KIND:
                 continue
@@ -375,13 +381,12 @@ def draw_scene(
         _sort(near, ranks, count)
         for k in ranks[:count]:
             i = which[k]
-            share = sunlit[2][i] if i >= 0 else 1.0
-            env[ENV_SUN], env[ENV_SUN + 1], env[ENV_SUN + 2] = share * sun0, share * sun1, share * sun2
+            _shine(env, sun, sunlit[2][i] if i >= 0 else 1.0)
             if i < 0:
                 roof = -1 - i
                 draw_vehicle(
                     actors[roof], looks[roof, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size,
-                    scratch, work, hulls, car, spans, i < 0,
+                    scratch, work, hulls, car, spans, True,
                 )  # fmt: skip
                 continue
             parts = visible_parts(i, faced, panels, rotation, camera, optics, seen)
@@ -390,7 +395,7 @@ def draw_scene(
                     panels[i], (seen[4], seen[5], parts), rotation, camera, env, table, maps[0], maps[1], optics, xs, size, scratch,
                     buf, fronts, spans,
                 )  # fmt: skip
-        env[ENV_SUN], env[ENV_SUN + 1], env[ENV_SUN + 2] = sun0, sun1, sun2
+        _shine(env, sun, 1.0)
         for row in range(spans[size[0], 0], spans[size[0], 1]):
             a, b = spans[row, 0], spans[row, 1]
             if b > a:
