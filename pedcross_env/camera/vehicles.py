@@ -22,6 +22,7 @@ from pedcross_env.camera.models import (
     add_material,
     register_vehicle,
 )  # fmt: skip
+from pedcross_env.scenario.sizes import VEHICLE_SIZES
 
 __all__ = ["PAINTS"]
 
@@ -213,10 +214,9 @@ def _panes(
         b.paint([(a, y[0], z[0]), (c, y[0], z[0]), (c, y[1], z[1]), (a, y[1], z[1])], GLASS, mirror=True)
 
 
-def _square_ends(b: ModelBuilder, half: float, w: float, front_z: float) -> None:
-    """Paint lights, grille and plates on the ends of a van, a bus or a cab."""
-    f, r = half + 0.002, -half - 0.002
-    z = front_z
+def _square_front(b: ModelBuilder, half: float, w: float, z: float) -> None:
+    """Paint lights, grille and plate on the front of a van, a bus or a cab, the lamps at a height of ``z``."""
+    f = half + 0.002
     b.paint(
         [(f, 0.56 * w, z), (f, 0.92 * w, z + 0.02), (f, 0.92 * w, z + 0.18), (f, 0.58 * w, z + 0.14)],
         HEADLIGHT,
@@ -228,13 +228,18 @@ def _square_ends(b: ModelBuilder, half: float, w: float, front_z: float) -> None
     )
     b.paint([(f, -0.9 * w, 0.34), (f, 0.9 * w, 0.34), (f, 0.9 * w, 0.50), (f, -0.9 * w, 0.50)], BLACK)
     b.paint([(f, -0.26, 0.50), (f, 0.26, 0.50), (f, 0.26, 0.61), (f, -0.26, 0.61)], PLATE)
+
+
+def _square_rear(b: ModelBuilder, half: float, w: float, z: float = 0.36) -> None:
+    """Paint lamps, bumper and plate on the rear of a van, a bus or a box, the bumper's lower edge at ``z``."""
+    r = -half - 0.002
     b.paint(
-        [(r, 0.78 * w, 0.80), (r, 0.96 * w, 0.80), (r, 0.96 * w, 1.25), (r, 0.78 * w, 1.25)],
+        [(r, 0.78 * w, z + 0.44), (r, 0.96 * w, z + 0.44), (r, 0.96 * w, z + 0.89), (r, 0.78 * w, z + 0.89)],
         TAIL,
         mirror=True,
     )
-    b.paint([(r, -0.9 * w, 0.36), (r, 0.9 * w, 0.36), (r, 0.9 * w, 0.54), (r, -0.9 * w, 0.54)], BLACK)
-    b.paint([(r, -0.26, 0.60), (r, 0.26, 0.60), (r, 0.26, 0.71), (r, -0.26, 0.71)], PLATE)
+    b.paint([(r, -0.9 * w, z), (r, 0.9 * w, z), (r, 0.9 * w, z + 0.18), (r, -0.9 * w, z + 0.18)], BLACK)
+    b.paint([(r, -0.26, z + 0.24), (r, 0.26, z + 0.24), (r, 0.26, z + 0.35), (r, -0.26, z + 0.35)], PLATE)
 
 
 def _van(size: tuple[float, float, float]) -> Model:
@@ -266,7 +271,8 @@ def _van(size: tuple[float, float, float]) -> Model:
         mirror=True,
     )
     _sides(b, (rear + 0.6, half - 2.25, half - 1.05), w, low, glass - 0.1)
-    _square_ends(b, half, w, glass - 0.62)
+    _square_front(b, half, w, glass - 0.62)
+    _square_rear(b, half, w)
     for side in (-1.0, 1.0):
         y = (side * w, side * (w + 0.18))
         b.box((half - 1.25, half - 1.12), (min(y), max(y)), (glass + 0.02, glass + 0.30), BLACK)
@@ -317,7 +323,8 @@ def _bus(size: tuple[float, float, float]) -> Model:
         [(r, -0.75 * w, 1.5), (r, 0.75 * w, 1.5), (r, 0.72 * w, height - 0.5), (r, -0.72 * w, height - 0.5)],
         GLASS,
     )
-    _square_ends(b, half, w, 0.62)
+    _square_front(b, half, w, 0.62)
+    _square_rear(b, half, w)
     b.wheel(front, wheel, 0.98 * w, 0.28)
     b.wheel(rear, wheel, 0.98 * w, 0.28)
     return b.build(*size)
@@ -329,7 +336,7 @@ def _truck(size: tuple[float, float, float]) -> Model:
     b = ModelBuilder()
     half, w = length / 2, width / 2
     b.box((-half, half - 2.0), (-w, w), (0.95, height), CANVAS)
-    _square_ends(b, half + 9.0, w, 0.6)  # out of sight at the front: the box has lights at its rear only
+    _square_rear(b, half, w, 0.96)  # on the box, whose floor is at 0.95 m
     b.box((-half + 0.1, half - 0.3), (-0.45 * w, 0.45 * w), (0.45, 0.95), BLACK)
     cab = height - 0.75
     b.loft(
@@ -351,7 +358,7 @@ def _truck(size: tuple[float, float, float]) -> Model:
     )
     _panes(b, (half - 1.35, half - 0.42), 1, (0.93 * w, 0.86 * w), (1.35, cab - 0.28))
     b.paint(_arch(half - 1.05, 0.955 * w, 0.45, 0.42), DARK, mirror=True)
-    _square_ends(b, half, 0.9 * w, 0.66)
+    _square_front(b, half, 0.9 * w, 0.66)
     b.wheel(half - 1.05, 0.45, 0.96 * w, 0.28)
     b.wheel(-half + 1.3, 0.45, 0.98 * w, 0.45)
     return b.build(*size)
@@ -463,18 +470,20 @@ def _door(size: tuple[float, float, float]) -> Model:
 
 
 register_vehicle(
-    "hatchback", _car((4.1, 1.75, 1.47), hood=1.02, boot=0.15, belt=0.94, rake=(0.42, 0.80), wheel=0.31)
+    "hatchback",
+    _car(VEHICLE_SIZES["hatchback"], hood=1.02, boot=0.15, belt=0.94, rake=(0.42, 0.80), wheel=0.31),
 )
 register_vehicle(
-    "sedan", _car((4.7, 1.82, 1.45), hood=1.28, boot=0.72, belt=0.93, rake=(0.72, 0.92), wheel=0.32)
+    "sedan", _car(VEHICLE_SIZES["sedan"], hood=1.28, boot=0.72, belt=0.93, rake=(0.72, 0.92), wheel=0.32)
 )
 register_vehicle(
-    "suv", _car((4.6, 1.88, 1.68), hood=1.16, boot=0.15, belt=1.07, rake=(0.36, 0.72), wheel=0.36, pillars=2)
+    "suv",
+    _car(VEHICLE_SIZES["suv"], hood=1.16, boot=0.15, belt=1.07, rake=(0.36, 0.72), wheel=0.36, pillars=2),
 )
-register_vehicle("van", _van((5.2, 2.0, 2.2)))
-register_vehicle("bus", _bus((11.5, 2.5, 3.1)))
-register_vehicle("truck", _truck((7.5, 2.45, 3.3)))
-register_vehicle("motorcycle", _motorcycle((2.1, 0.75, 1.15)))
-register_vehicle("bicycle", _bicycle((1.75, 0.60, 1.05)))
-register_vehicle("cyclist", _bicycle((1.75, 0.60, 1.75)))  # who rides it is drawn by camera.riders
-register_vehicle("car_door", _door((1.05, 0.09, 1.15)))
+register_vehicle("van", _van(VEHICLE_SIZES["van"]))
+register_vehicle("bus", _bus(VEHICLE_SIZES["bus"]))
+register_vehicle("truck", _truck(VEHICLE_SIZES["truck"]))
+register_vehicle("motorcycle", _motorcycle(VEHICLE_SIZES["motorcycle"]))
+register_vehicle("bicycle", _bicycle(VEHICLE_SIZES["bicycle"]))
+register_vehicle("cyclist", _bicycle(VEHICLE_SIZES["cyclist"]))  # who rides it is drawn by camera.riders
+register_vehicle("car_door", _door(VEHICLE_SIZES["car_door"]))
