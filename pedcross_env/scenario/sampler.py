@@ -121,17 +121,17 @@ def _draw_passers(
     meeting_x_m: float,
 ) -> tuple[VehicleSpec, ...]:
     how, seeds = traffic.behaviour, rng.spawn(4)  # what one of them draws shifts no other
-    if seeds[0].random() < how.door:
-        parked = with_door(seeds[0], parked, street, ego, path_x_m)
     oncoming = oncoming_cars(seeds[1], street, traffic.max_oncoming, meeting_x_m=meeting_x_m)
+    if street.intersection is not None:
+        oncoming = turning_cars(seeds[3], street, first_x_m=meeting_x_m + 10.0)
     riders: tuple[VehicleSpec, ...] = ()
     if seeds[2].random() < how.cyclist:
-        riders = cyclists(seeds[2], street, ego_speed_mps=ego_speed_mps, meeting_x_m=meeting_x_m)
-    turning: tuple[VehicleSpec, ...] = ()
-    if street.intersection is not None:
-        turning = turning_cars(seeds[3], street, first_x_m=meeting_x_m + 10.0)
-        oncoming = oncoming if not turning else ()
-    return (*parked, *oncoming, *turning, *riders)
+        riders = cyclists(
+            seeds[2], street, (*parked, *oncoming), ego, ego_speed_mps=ego_speed_mps, meeting_x_m=meeting_x_m
+        )
+    if seeds[0].random() < how.door:
+        parked = with_door(seeds[0], parked, street, ego, path_x_m, riders)
+    return (*parked, *oncoming, *riders)
 
 
 def _reaches_s(spec: PedestrianSpec, y_m: float, side: int) -> float:
@@ -244,7 +244,7 @@ def sample_crossing(seed: int, traffic: TrafficConfig, ego: EgoConfig) -> Scenar
     leading: tuple[VehicleSpec, ...] = ()
     if scene_rng.random() < how.leader:
         leading = leading_car(scene_rng, scene.street, ego, ego_speed_mps=scene.ego_speed_mps, crossing=crossing,
-                              until_s=until_s)  # fmt: skip
+                              others=scene.vehicles, until_s=until_s)  # fmt: skip
     side = "far" if scene.side > 0 else "near"
     return Scenario(
         name=f"{'crossing' if crosses else 'non-crossing'}/{scene.place}/{side}",
