@@ -5,7 +5,7 @@ reference sources of p(crossing) that need no network, ``drivers`` a cruise cont
 """
 
 from agents.aeb import AebConfig, AebPolicy, AebState
-from agents.controls import CONTROLS, ControlDetector, make_control
+from agents.controls import CONTROLS, ControlDetector, braking_policy, make_control
 from agents.drivers import CruiseDriver, HumanConfig, HumanDriver
 from agents.policy import Policy
 
@@ -19,5 +19,6 @@ __all__ = [
     "HumanConfig",
     "HumanDriver",
     "Policy",
+    "braking_policy",
     "make_control",
 ]

@@ -1,6 +1,7 @@
 """Sources of p(crossing) without a network: what any detector's score has to be read against.
 
-All of them feed the same ``AebPolicy`` as the detectors do. They see ``info``, i.e. the truth, and no image.
+They see ``info``, i.e. the truth, and no image. All of them feed the same ``AebPolicy`` as the detectors do, but for
+"human", behind whom a ``HumanDriver`` brakes: ``braking_policy`` says which.
 """
 
 from __future__ import annotations
@@ -10,15 +11,20 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from agents.aeb import AebConfig, AebPolicy
+from agents.drivers import HumanDriver
+from agents.policy import Policy
 from pedcross_env.errors import unknown_name
 
 __all__ = [
     "CONTROLS",
     "AlwaysControl",
     "ControlDetector",
+    "HumanControl",
     "NeverControl",
     "OracleControl",
     "RandomControl",
+    "braking_policy",
     "make_control",
 ]
 
@@ -94,6 +100,16 @@ class OracleControl:
         return float(info["crossing"])
 
 
+class HumanControl(OracleControl):
+    """Sees what the oracle sees; a person acts on it, a reaction time later and with less than all of the brake.
+
+    It looks through parked cars as the oracle does, and is never distracted: a good driver, no average one.
+    """
+
+    name = "human"
+    note = "an attentive driver: sees the frame's label, brakes by 80 % a reaction time later (median 1.25 s)"
+
+
 class RandomControl:
     """p is uniform on [0, 1), drawn anew each second; blind, but it does not brake all the time.
 
@@ -126,6 +142,7 @@ class RandomControl:
 
 CONTROLS: dict[str, type[OracleControl] | type[NeverControl] | type[AlwaysControl] | type[RandomControl]] = {
     "oracle": OracleControl,
+    "human": HumanControl,
     "never": NeverControl,
     "always": AlwaysControl,
     "random": RandomControl,
@@ -138,3 +155,13 @@ def make_control(name: str) -> ControlDetector:
     if name not in CONTROLS:
         raise unknown_name("control", name, CONTROLS)
     return CONTROLS[name]()
+
+
+def braking_policy(source: str, aeb: AebConfig) -> Policy:
+    """Return what brakes on a source's p: a ``HumanDriver`` for the control "human", else the shared ``AebPolicy``.
+
+    Args:
+        source: Name of a control or of a detector.
+        aeb: Of the shared policy; a person keeps to ``HumanConfig``.
+    """
+    return HumanDriver() if source == HumanControl.name else AebPolicy(aeb)

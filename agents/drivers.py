@@ -50,9 +50,10 @@ class CruiseDriver:
 class HumanConfig:
     """How late and how hard a person brakes.
 
-    Reaction times are log-normal. Green (2000, Transportation Human Factors 2) gives means of 0.7 to 0.75 s for signals
-    that are expected, 1.25 s for unexpected but common ones, 1.5 s for surprises; the spread is this project's choice.
-    Values from memory.
+    Reaction times are log-normal. Green (2000, Transportation Human Factors 2(3), 195-216; its abstract was read) gives
+    0.70 to 0.75 s where the signal is expected, 1.25 s for unexpected but common ones such as brake lights ahead, 1.5 s
+    for surprises such as something that suddenly moves into the way. Who approaches a kerb in sight is no such
+    surprise, hence the default; spread and braking level are this project's choice.
     """
 
     median_reaction_s: float = 1.25

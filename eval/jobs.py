@@ -13,7 +13,7 @@ from typing import Any
 
 import gymnasium
 
-from agents import AebConfig, AebPolicy, make_control
+from agents import AebConfig, braking_policy, make_control
 from eval.episodes import ControlSource, DetectorSource, Source, play, summarise_trace
 from eval.verdicts import judge
 from pedcross_env.config import EnvConfig
@@ -76,8 +76,8 @@ class _Player:
             made = make_suite_env(job.env, job.suite) if job.suite else self._env_factory(job.env)
             self._envs[env_key] = made
         trace = play(
-            self._envs[env_key], self._source(job), AebPolicy(job.aeb), seed=job.seed, weather=job.weather,
-            cell=job.cell,
+            self._envs[env_key], self._source(job), braking_policy(job.name, job.aeb), seed=job.seed,
+            weather=job.weather, cell=job.cell,
         )  # fmt: skip
         row = {
             "detector": job.name,

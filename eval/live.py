@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from agents import CONTROLS, AebConfig, AebPolicy, make_control
+from agents import CONTROLS, AebConfig, braking_policy, make_control
 from eval.canvas import StoppedByUser, open_screen
 from eval.dashboard import Scene, draw_dashboard
 from eval.episodes import ControlSource, DetectorSource, Source, Trace, play
@@ -134,12 +134,13 @@ def play_live(
     source, threshold, camera = _driver(config)
     threshold = threshold if config.threshold is None else config.threshold
     release = config.aeb.release_threshold
-    policy = AebPolicy(
+    policy = braking_policy(
+        config.driver,
         dataclasses.replace(
             config.aeb,
             threshold=threshold,
             release_threshold=None if release is None else min(release, threshold),
-        )
+        ),
     )
     weather = config.weather or "clear"
     env_config = EnvConfig(

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from agents import CONTROLS, AebConfig, AebPolicy, AebState, make_control
+from agents import CONTROLS, AebConfig, AebPolicy, AebState, HumanDriver, braking_policy, make_control
 from pedcross_env.errors import ConfigError
 
 
@@ -11,13 +11,23 @@ def series(name, seed=0, steps=300, crossing=0):
     return [control.update({"time_s": i / 30, "crossing": crossing}) for i in range(steps)]
 
 
-def test_the_four_controls_are_there():
-    assert list(CONTROLS) == ["oracle", "never", "always", "random"]
+def test_the_controls_are_there():
+    assert list(CONTROLS) == ["oracle", "human", "never", "always", "random"]
 
 
-def test_oracle_is_the_label():
-    assert set(series("oracle", crossing=0)) == {0.0}
-    assert set(series("oracle", crossing=1)) == {1.0}
+@pytest.mark.parametrize("name", ["oracle", "human"])
+def test_oracle_and_human_see_the_label(name):
+    assert set(series(name, crossing=0)) == {0.0}
+    assert set(series(name, crossing=1)) == {1.0}
+
+
+def test_a_person_brakes_behind_the_human_and_the_shared_logic_behind_all_others():
+    aeb = AebConfig(threshold=0.7)
+    assert isinstance(braking_policy("human", aeb), HumanDriver)
+    for name in (*(name for name in CONTROLS if name != "human"), "sps_r18t-dvs"):
+        policy = braking_policy(name, aeb)
+        assert isinstance(policy, AebPolicy)
+        assert policy.config == aeb
 
 
 def test_never_and_always_ignore_the_truth():

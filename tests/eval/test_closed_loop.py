@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from fake_world import FakeDetector, FakeEnv
 
-from agents import AebConfig
+from agents import CONTROLS, AebConfig, HumanDriver
 from eval.closed_loop import EvaluateConfig, evaluate
 from eval.detectors import DetectorSpec
 from eval.episodes import false_braking_steps
@@ -61,13 +61,29 @@ def test_never_hits_every_crossing_at_full_speed_and_oracle_and_a_sharp_detector
         assert all(math.isnan(row["impact_speed_mps"]) for row in select(report, name))
 
 
+def test_a_person_brakes_a_reaction_time_after_the_label(tmp_path):
+    report = run(tmp_path, names=(), specs=[], controls=("oracle", "human"), episodes=20)
+    crossing = [row for row in select(report, "human") if row["is_crossing"]]
+    oracle = {row["seed"]: row for row in select(report, "oracle")}
+    late = []
+    for row in crossing:
+        driver = HumanDriver()
+        driver.reset(row["seed"])
+        assert 0 <= row["brake_delay_s"] - driver.reaction_s <= 1 / 30 + 1e-6
+        late.append(row["first_brake_s"] - oracle[row["seed"]]["first_brake_s"])
+        # 1 s to the label, the reaction time, then 80 % of 9 m/s2 from 10 m/s: does it stop within 40 m?
+        stops_m = 10.0 * (1.0 + driver.reaction_s) + 50.0 / 7.2
+        assert row["collision"] == (stops_m > 40.0)
+    assert min(late) > 0.4
+
+
 def test_all_sources_play_the_same_episodes(tmp_path):
     report = run(tmp_path, weathers=("clear", "rain"))
     suites = {
         name: [
             (r["weather"], r["seed"], r["is_crossing"], r["initial_speed_mps"]) for r in select(report, name)
         ]
-        for name in ("oracle", "never", "always", "random", "sharp")
+        for name in ("oracle", "human", "never", "always", "random", "sharp")
     }
     assert len({tuple(suite) for suite in suites.values()}) == 1
     assert [row["is_crossing"] for row in select(report, "never")][:4] == [True, False, True, False]
@@ -130,12 +146,13 @@ def test_false_braking_by_hand():
 
 def test_a_rerun_plays_only_what_is_missing(tmp_path):
     first = run(tmp_path, episodes=2)
-    assert (first.played, first.already_there) == (10, 0)
+    sources = len(CONTROLS) + 1
+    assert (first.played, first.already_there) == (2 * sources, 0)
     again = run(tmp_path, episodes=2)
-    assert (again.played, again.already_there) == (0, 10)
+    assert (again.played, again.already_there) == (0, 2 * sources)
     more = run(tmp_path, ("sharp", "blind"), episodes=3)
-    assert (more.played, more.already_there) == (8, 10)
-    assert len({(r["detector"], r["seed"]) for r in more.rows}) == len(more.rows) == 18
+    assert (more.played, more.already_there) == (sources + 3, 2 * sources)
+    assert len({(r["detector"], r["seed"]) for r in more.rows}) == len(more.rows) == 3 * (sources + 1)
     assert read_rows(tmp_path / "episodes.parquet")[0].keys() == more.rows[0].keys()
 
 
@@ -150,7 +167,7 @@ def test_a_stopped_run_is_completed_and_equals_an_unbroken_one(tmp_path):
     assert len(log.read_text().splitlines()) == 7
     log.write_text(log.read_text()[:-20])  # killed while writing the seventh row
     resumed = run(tmp_path / "broken")
-    assert (resumed.played, resumed.already_there) == (14, 6)
+    assert (resumed.played, resumed.already_there) == (4 * (len(CONTROLS) + 1) - 6, 6)
     steady = run(tmp_path / "whole")
 
     def comparable(rows):
@@ -162,9 +179,13 @@ def test_a_stopped_run_is_completed_and_equals_an_unbroken_one(tmp_path):
 def test_rows_of_other_weights_or_settings_are_not_reused(tmp_path):
     run(tmp_path, episodes=1)
     retrained = run(tmp_path, episodes=1, specs=[spec("sharp", fingerprint="other weights")])
-    assert (retrained.played, retrained.already_there, retrained.other_setups) == (1, 4, 1)
+    assert (retrained.played, retrained.already_there, retrained.other_setups) == (
+        1,
+        len(CONTROLS),
+        1,
+    )
     slower = run(tmp_path, episodes=1, aeb=AebConfig(consecutive_frames=5))
-    assert slower.played == 5
+    assert slower.played == len(CONTROLS) + 1
 
 
 def test_two_workers_give_the_rows_of_one(tmp_path):
@@ -177,7 +198,8 @@ def test_two_workers_give_the_rows_of_one(tmp_path):
 def test_progress_counts_to_the_end(tmp_path):
     calls = []
     run(tmp_path, episodes=1, progress=lambda done, total, what: calls.append((done, total)))
-    assert calls == [(i, 5) for i in range(6)]
+    total = len(CONTROLS) + 1
+    assert calls == [(i, total) for i in range(total + 1)]
 
 
 def test_extra_thresholds_are_marked_as_operating_points(tmp_path):
