@@ -173,6 +173,7 @@ def summarise_trace(trace: Trace) -> dict[str, Any]:
         "peak_drac_mps2": float(_column(trace, "drac_mps2").max()),
         "brake_delay_s": _brake_delay_s(time_s[:-1], braking, first_label),
         "peak_deceleration_mps2": float(max(0.0, -_column(trace, "acceleration_mps2").min())),
+        "peak_demand_mps2": float(max(0.0, -_column(trace, "demand_mps2").min())),
         "false_braking": bool(false.any()),
         "false_brake_events": int(np.sum(false & ~np.append(False, false[:-1]))),
         "distance_km": float(last["position_m"] - first["position_m"]) / 1000,

@@ -30,10 +30,13 @@ def judge(cell: Cell, row: Mapping[str, Any]) -> Row:
         the cell; ``verdict_certain``: whether the protocol states this rule for this cell, see the cell's provenance.
     """
     goal, hit = cell.goal, bool(row["collision"])
+    demanded = float(row["peak_demand_mps2"]) >= goal.least_demand_mps2
     impact_kmh = 3.6 * float(row["impact_speed_mps"]) if hit else 0.0
     if goal.kind == "points":
+        if cell.kind == "along":  # both go the same way: the protocol counts their relative speed
+            impact_kmh = max(0.0, impact_kmh - cell.pedestrian_kmh)
         points = next((won for limit, won in goal.points if impact_kmh <= limit + _ROUNDING_KMH), 0.0)
-        points = points if hit else 1.0
+        points = (points if hit else 1.0) * demanded
         certain = goal.certain or not hit
         return _verdict(cell, points == 1.0, points, certain)
     if goal.kind == "impact-speed":
@@ -46,6 +49,7 @@ def judge(cell: Cell, row: Mapping[str, Any]) -> Row:
         passed = not hit and float(row["peak_deceleration_mps2"]) < goal.limit
     else:
         passed = not hit
+    passed &= demanded
     return _verdict(cell, passed, float(passed), goal.certain)
 
 

@@ -107,8 +107,10 @@ class EgoConfig:
     """The ego car's size, its actuators and its headlights.
 
     A demand takes effect after ``latency_s``; then the acceleration follows at ``jerk_mps3`` at most, and braking
-    builds up at ``max_deceleration_mps2 / build_up_s`` at most. Braking ends at friction * g, at which ABS holds the
+    builds up at ``strongest_braking_mps2 / build_up_s`` at most. Braking ends at friction * g, at which ABS holds the
     wheels, and at standstill. With ``steering`` the action has a second number; else the ego keeps to its lane.
+    Brakes and motor have the force for the strongest accelerations at ``mass_kg``; a load takes its share of them, but
+    none of what the road bears, which grows with the weight.
     Ranges usual for emergency braking: latency 0.1 to 0.3 s, build-up 0.2 to 0.4 s, jerk 25 to 35 m/s3.
     """
 
@@ -120,6 +122,8 @@ class EgoConfig:
     latency_s: float = 0.15
     jerk_mps3: float = 30.0
     build_up_s: float = 0.3  # from no braking to max_deceleration_mps2
+    mass_kg: float = 1500.0  # in running order, the driver included
+    load_kg: float = 0.0  # beyond that: passengers, luggage
     abs: bool = True  # without it wheels lock where more is demanded than the road bears
     locked_share: float = 0.75  # of the road's friction that locked wheels have
     steering: bool = False  # whether actions steer
@@ -143,16 +147,30 @@ class EgoConfig:
             "jerk_mps3",
             "wheelbase_m",
             "steer_rate_radps",
+            "mass_kg",
         ):
             require(0 < getattr(self, name) < math.inf, name, getattr(self, name), "positive and finite")
         for name in ("latency_s", "steer_latency_s", "build_up_s"):
             require(0 <= getattr(self, name) <= 2, name, getattr(self, name), "0 to 2")
+        require(
+            0 <= self.load_kg <= self.mass_kg, "load_kg", self.load_kg, f"0 to mass_kg ({self.mass_kg:g})"
+        )
         require(0 < self.locked_share <= 1, "locked_share", self.locked_share, "above 0, at most 1")
         require(0 < self.max_steer_rad <= 1.2, "max_steer_rad", self.max_steer_rad, "above 0, at most 1.2")
         require(
             self.wheelbase_m < self.length_m, "wheelbase_m", self.wheelbase_m,
             f"less than length_m ({self.length_m})",
         )  # fmt: skip
+
+    @property
+    def strongest_braking_mps2(self) -> float:
+        """What the brakes can do with the load, on a road that bears it."""
+        return self.max_deceleration_mps2 * self.mass_kg / (self.mass_kg + self.load_kg)
+
+    @property
+    def strongest_acceleration_mps2(self) -> float:
+        """What the motor can do with the load."""
+        return self.max_acceleration_mps2 * self.mass_kg / (self.mass_kg + self.load_kg)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,8 +21,8 @@ class SuiteEnv(CrossingEnv):
     """Play a cell of a suite, e.g. ``gymnasium.make("pedcross/Suite-v0", suite="fmvss-127", cell="PED-RIGHT-50/40")``.
 
     Observation, action, reward and ``info`` are those of CrossingEnv; ``info["scenario"]`` is the cell's id. A seed
-    changes looks and sensor noise alone: houses, clothes, paint. Weather and headlights are the cell's, whatever the
-    config says; the reset option ``weather`` overrides them. The reset option ``cell`` plays another cell of
+    changes looks and sensor noise alone: houses, clothes, paint. Weather, headlights and load are the cell's, whatever
+    the config says; the reset option ``weather`` overrides the weather. The reset option ``cell`` plays another cell of
     the suite once.
 
     Args:
@@ -69,9 +69,10 @@ class SuiteEnv(CrossingEnv):
         return self._cell.scenario(self.config.ego, seed=self._episode_seed)
 
     def _episode_ego(self) -> EgoConfig:
-        if self._cell.headlights == "auto":
-            return self.config.ego
-        return dataclasses.replace(self.config.ego, headlights=self._cell.headlights)
+        cell, ego = self._cell, self.config.ego
+        headlights = ego.headlights if cell.headlights == "auto" else cell.headlights
+        load_kg = ego.load_kg if cell.load_kg is None else cell.load_kg
+        return dataclasses.replace(ego, headlights=headlights, load_kg=load_kg)
 
     def _choose_weather(self, asked: object, rng: np.random.Generator) -> Weather:
         return super()._choose_weather(self._cell.weather if asked is None else asked, rng)

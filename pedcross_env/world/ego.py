@@ -1,7 +1,7 @@
 """The ego's motion along its way: an actuator with latency, build-up and limited jerk, integrated without error.
 
 The actuator's acceleration u follows the demand of ``latency_s`` ago at most at ``jerk_mps3``, builds up braking at
-``max_deceleration_mps2 / build_up_s`` at most, and stays within what the road's friction bears. Between its events (a
+``strongest_braking_mps2 / build_up_s`` at most, and stays within what the road's friction bears. Between its events (a
 demand takes effect, a ramp ends, the car stops) u is linear in time, so speed is quadratic and position cubic: each
 piece is kept as its polynomial, and no step size enters.
 """
@@ -96,7 +96,7 @@ class EgoMotion:
         require(0.01 <= friction <= 2, "friction", friction, "0.01 to 2")
         self._config = config
         self._grip_mps2 = friction * GRAVITY_MPS2
-        build_up = config.max_deceleration_mps2 / config.build_up_s if config.build_up_s > 0 else math.inf
+        build_up = config.strongest_braking_mps2 / config.build_up_s if config.build_up_s > 0 else math.inf
         self._braking_jerk_mps3 = min(config.jerk_mps3, build_up)
         self._target_mps2 = 0.0
         self._pending: deque[tuple[float, float]] = deque()
@@ -112,10 +112,10 @@ class EgoMotion:
 
     def begin(self, demand_mps2: float) -> None:
         """Start a policy step: forget the pieces of the last one, queue a demand."""
-        limited = max(-self._config.max_deceleration_mps2, demand_mps2)
+        limited = max(-self._config.strongest_braking_mps2, demand_mps2)
         if limited < -self._grip_mps2:  # ABS holds the wheels at the peak, else they slide
             limited = -self._grip_mps2 * (1.0 if self._config.abs else self._config.locked_share)
-        limited = min(self._config.max_acceleration_mps2, self._grip_mps2, limited)
+        limited = min(self._config.strongest_acceleration_mps2, self._grip_mps2, limited)
         self._pending.append((self._now_s + self._config.latency_s, limited))
         self._pieces, self._starts = [], []
 
@@ -183,7 +183,7 @@ class EgoMotion:
             front_m=x + 0.5 * self._config.length_m,
             speed_mps=speed,
             acceleration_mps2=actuator if speed > 0 or actuator > 0 else 0.0,
-            brake=min(1.0, max(0.0, -actuator / self._config.max_deceleration_mps2)),
+            brake=min(1.0, max(0.0, -actuator / self._config.strongest_braking_mps2)),
             pitch_rad=pitch,
             brake_light=min(1.0, max(0.0, -actuator / _BRAKE_LIGHT_FULL_MPS2)),
         )

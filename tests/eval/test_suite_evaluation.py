@@ -36,13 +36,23 @@ def test_who_never_brakes_fails_every_cell_at_full_speed_and_who_always_brakes_n
         assert never["suite"] == "un-r152"
 
 
+def test_a_laden_car_that_always_brakes_takes_longer_to_stop(tmp_path):
+    rows = run(tmp_path, "un-r152", ("PED-50/60*",), controls=("always",))
+    light, heavy = (of(rows, "always", cell) for cell in ("PED-50/60", "PED-50/60/laden"))
+    assert light["peak_deceleration_mps2"] == pytest.approx(0.85 * 9.81)  # the road's friction, not 9 m/s2
+    assert heavy["peak_deceleration_mps2"] == pytest.approx(9.0 * 1500 / 1950)  # the brakes' force
+    assert light["peak_demand_mps2"] == heavy["peak_demand_mps2"] == pytest.approx(9.0)
+    assert heavy["distance_km"] > light["distance_km"]
+    assert heavy["passed"]
+
+
 def test_a_stopped_run_is_completed(tmp_path):
     first = run(tmp_path, "un-r152", ("PED-50/20",))
     config = EvaluateConfig(
         out=tmp_path, suite="un-r152", cells=("PED-50/2*",), controls=("never", "always", "oracle"), workers=1
     )
     report = evaluate(config, specs=[])
-    assert (report.already_there, report.played) == (3, 9)  # 20 and 25 by both tables
+    assert (report.already_there, report.played) == (3, 21)  # 20 and 25 by both tables in both loads
     assert first[0]["wall_s"] in [row["wall_s"] for row in report.rows]  # not played again
 
 
@@ -79,6 +89,7 @@ def row(impact_kmh=None, **facts):
         "collision": hit,
         "impact_speed_mps": speed,
         "peak_deceleration_mps2": 0.0,
+        "peak_demand_mps2": 9.0,
         "brake_ttc_s": math.nan,
     } | facts
 
@@ -97,10 +108,19 @@ def row(impact_kmh=None, **facts):
         ("euro-ncap-2026", "CPLA-25/50/warning", row(50.0, brake_ttc_s=1.71), True, 1.0, True),
         ("euro-ncap-2026", "CPLA-25/50/warning", row(brake_ttc_s=1.69), False, 0.0, True),
         ("euro-ncap-2026", "CPLA-25/50/warning", row(50.0), False, 0.0, True),
-        ("euro-ncap-2026", "CPTA-far-50/20", row(1.0), False, 0.0, True),
+        ("euro-ncap-2026", "CPTAfs-50/20", row(1.0), False, 0.0, True),
+        ("euro-ncap-2026", "CPFA-90/60", row(29.9), True, 1.0, True),
+        ("euro-ncap-2026", "CPFA-90/60", row(30.1), False, 0.0, True),
+        ("euro-ncap-2026", "CPNA-25/60/ped+3", row(29.9), True, 1.0, True),
+        ("euro-ncap-2026", "CPNA-25/60/ped-2", row(29.9), False, 0.25, True),
+        ("euro-ncap-2026", "CPLA-50/60", row(14.9), False, 0.75, True),
+        ("euro-ncap-2026", "CPLA-50/60", row(15.1), False, 0.5, True),
         ("un-r152", "PED-50/60", row(45.0), True, 1.0, True),
         ("un-r152", "PED-50/60/01", row(45.0), False, 0.0, True),
         ("un-r152", "PED-50/30", row(0.5), False, 0.0, True),
+        ("un-r152", "PED-50/30", row(peak_demand_mps2=4.9), False, 0.0, True),
+        ("un-r152", "PED-50/30", row(peak_demand_mps2=5.0), True, 1.0, True),
+        ("un-r152", "PED-50/60/laden", row(45.0, peak_demand_mps2=4.9), False, 0.0, True),
         ("fmvss-127", "PED-RIGHT-50/60", row(0.5), False, 0.0, True),
         ("fmvss-127", "FALSE-GAP/80", row(peak_deceleration_mps2=2.4), True, 1.0, True),
         ("fmvss-127", "FALSE-GAP/80", row(peak_deceleration_mps2=2.5), False, 0.0, True),

@@ -37,6 +37,25 @@ def test_stopping_distance_is_the_analytic_one(speed: float, friction: float, po
     assert state.x_m == pytest.approx(stopping_distance_m(config, speed, friction), abs=1e-9)
 
 
+@pytest.mark.parametrize("load_kg", [0.0, 300.0, 750.0])
+@pytest.mark.parametrize("friction", [0.3, 0.85])
+def test_a_load_weakens_the_brakes_but_not_the_road(friction: float, load_kg: float) -> None:
+    config, speed = EgoConfig(load_kg=load_kg, build_up_s=0.0), 13.9
+    motion = EgoMotion(config, friction=friction, x_m=0.0, speed_mps=speed)
+    drive(motion, [-9.0] * 900)
+    braking = min(9.0 * 1500 / (1500 + load_kg), friction * GRAVITY_MPS2)
+    ramp_s = braking / config.jerk_mps3
+    # v (latency + T / 2) + v^2 / 2a - a T^2 / 24
+    way_m = speed * (config.latency_s + ramp_s / 2) + speed**2 / (2 * braking) - braking * ramp_s**2 / 24
+    assert motion.state(30.0).x_m == pytest.approx(way_m, abs=1e-9)
+    assert motion.state(30.0).speed_mps == 0.0
+
+
+def test_a_load_is_no_heavier_than_the_car() -> None:
+    with pytest.raises(ConfigError, match=r"load_kg = 1501"):
+        EgoConfig(load_kg=1501.0)
+
+
 def test_full_braking_never_reverses_and_stands_still() -> None:
     motion = EgoMotion(EgoConfig(), friction=0.85, x_m=0.0, speed_mps=10.0)
     last = 0.0

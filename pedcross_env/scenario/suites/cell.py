@@ -50,12 +50,14 @@ class Goal:
             "no-braking" (decelerates by less than ``limit``, m/s2).
         limit: See there.
         points: For "points": (highest impact speed in km/h, points), ascending; faster gives none.
+        least_demand_mps2: Besides, the strongest braking demanded must be this or more.
         certain: Whether the source states this rule for this cell.
     """
 
     kind: Literal["no-contact", "impact-speed", "points", "speed-reduction", "reaction", "no-braking"]
     limit: float = 0.0
     points: tuple[tuple[float, float], ...] = ()
+    least_demand_mps2: float = 0.0
     certain: bool = True
 
     def __str__(self) -> str:
@@ -68,6 +70,7 @@ class Goal:
             "reaction": f"reacts at TTC >= {self.limit:g} s",
             "no-braking": f"brakes < {self.limit / 9.81:.2f} g",
         }[self.kind]
+        text += f", demands >= {self.least_demand_mps2:g} m/s2" if self.least_demand_mps2 else ""
         return text if self.certain else text + " (uncertain)"
 
 
@@ -97,6 +100,7 @@ class Cell:
         trigger_s: Instead of by the clock it sets off when the ego would arrive in so many seconds; 0: by the clock.
         weather: Name of a weather.
         headlights: Of the ego; "auto": as the weather wants.
+        load_kg: Of the ego, beyond its mass in running order; None: as its config says.
         layer: "standard", "extended", "robustness", "false activation" or "beyond".
         goal: What is asked.
         provenance: Where it comes from.
@@ -120,6 +124,7 @@ class Cell:
     trigger_s: float = 0.0
     weather: str = "clear"
     headlights: Literal["auto", "low", "high"] = "auto"
+    load_kg: float | None = None
     layer: str = "standard"
     goal: Goal = field(default_factory=lambda: Goal(kind="no-contact"))
     provenance: Provenance
@@ -143,6 +148,8 @@ class Cell:
         require(abs(self.heading_deg) <= 45, f"{name}.heading_deg", self.heading_deg, "-45 to 45")
         require(0.5 <= self.ttc_s <= 30, f"{name}.ttc_s", self.ttc_s, "0.5 to 30 s, e.g. 4")
         require(0 <= self.trigger_s <= 30, f"{name}.trigger_s", self.trigger_s, "0 (none) to 30 s")
+        load_kg = self.load_kg
+        require(load_kg is None or 0 <= load_kg <= 5000, f"{name}.load_kg", load_kg, "0 to 5000, or None")
         require(5 <= self.turn_radius_m <= 20, f"{name}.turn_radius_m", self.turn_radius_m, "5 to 20 m")
         require(
             not self.turn or (self.kind == "crossing" and not self.obstructed), f"{name}.turn", self.turn,
