@@ -18,6 +18,8 @@ def describe(cell: Cell) -> str:
     """What happens in a cell, in a line."""
     if cell.kind == "gap":
         return "between two parked cars"
+    if cell.kind == "plate":
+        return "over a steel plate"
     who = "child" if cell.child else "adult"
     if cell.kind == "standing":
         return f"{who} stands in the lane, {cell.impact_share:.0%} of the width"

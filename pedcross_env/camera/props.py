@@ -27,6 +27,7 @@ RED = add_material(0.36, 0.015, 0.02, 0.2)
 YELLOW = add_material(0.55, 0.34, 0.015, 0.3)
 BLACK = add_material(0.015, 0.015, 0.016, 0.1)
 GREEN = add_material(0.035, 0.075, 0.045, 0.2)
+RUST = add_material(0.15, 0.115, 0.095, 0.3)
 
 
 TILES = ((0.20, 0.075, 0.045), (0.15, 0.065, 0.045), (0.075, 0.075, 0.08), (0.11, 0.085, 0.07))
@@ -180,6 +181,13 @@ def _roof(hipped: float, tiles: int) -> Model:
     return b.build(1.0, 1.0, 1.0)
 
 
+def _steel_plate() -> Model:
+    """A rusty plate on a unit square; every plate is scaled to its own size."""
+    b = ModelBuilder()
+    b.box((-0.5, 0.5), (-0.5, 0.5), (0.0, 1.0), RUST)
+    return b.build(1.0, 1.0, 1.0)
+
+
 GREYS = ((0.22, 0.23, 0.23), (0.10, 0.11, 0.11), (0.05, 0.09, 0.06), (0.30, 0.30, 0.28))
 register_prop("bin", _bin(), PropKind(place="facade", per_100_m=1.6, colours=GREYS))
 register_prop("bench", _bench(), PropKind(place="facade", per_100_m=1.2))
@@ -192,3 +200,4 @@ for _name, _model in (("crossing_sign", _crossing_sign()), ("bollard", _bollard(
 for _k, _colour in enumerate(TILES):
     for _shape, _hipped in (("gable", 0.0), ("hip", 0.22)):
         register_prop_model(f"{_shape}_roof_{_k}", _roof(_hipped, add_material(*_colour, 0.0)))
+register_prop_model("steel_plate", _steel_plate())

@@ -10,10 +10,10 @@ from pedcross_env.scenario.scenario import (
     Scenario,
     VehicleSpec,
 )
-from pedcross_env.scenario.street import Crosswalk, Intersection, StreetSpec
+from pedcross_env.scenario.street import Crosswalk, Intersection, SteelPlate, StreetSpec
 from pedcross_env.scenario.trigger import Trigger
 
 __all__ = [
     "ACCESSORIES", "PEDESTRIAN_MODELS", "VEHICLE_MODELS", "Crosswalk", "Intersection", "Leg", "Maneuver",
-    "PedestrianSpec", "Scenario", "StreetSpec", "Trigger", "VehicleSpec",
+    "PedestrianSpec", "Scenario", "SteelPlate", "StreetSpec", "Trigger", "VehicleSpec",
 ]  # fmt: skip

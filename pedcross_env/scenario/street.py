@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from pedcross_env.config import require
 
-__all__ = ["Crosswalk", "Intersection", "StreetSpec"]
+__all__ = ["Crosswalk", "Intersection", "SteelPlate", "StreetSpec"]
 
 BEHIND_FRONTS_M = 14.0  # depth of the houses, which have to fit inside a curve
 
@@ -21,6 +21,22 @@ class Crosswalk:
 
     def __post_init__(self) -> None:
         require(1 <= self.width_m <= 20, "Crosswalk.width_m", self.width_m, "1 to 20")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SteelPlate:
+    """A plate over a trench in the carriageway, which all drive over: it is seen, and touches nobody."""
+
+    x_m: float  # of its middle, along the street
+    y_m: float
+    length_m: float = 3.7  # along x
+    width_m: float = 2.4
+    height_m: float = 0.025
+
+    def __post_init__(self) -> None:
+        require(0.5 <= self.length_m <= 20, "SteelPlate.length_m", self.length_m, "0.5 to 20")
+        require(0.5 <= self.width_m <= 20, "SteelPlate.width_m", self.width_m, "0.5 to 20")
+        require(0.005 <= self.height_m <= 0.1, "SteelPlate.height_m", self.height_m, "0.005 to 0.1")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,9 +91,10 @@ class Intersection:
 class StreetSpec:
     """A two-way street along x, its centre line at y = 0, right-hand traffic; it may bend or be crossed.
 
-    From the middle outwards on both sides: lanes, a parking strip (may be 0 wide), kerb, sidewalk, facades.
-    Vehicles heading +x drive at y < 0. Where the street bends, x of its zebras is read as distance along the centre;
-    people and vehicles are always placed in the world's coordinates: ``scenario.layout.to_world`` converts.
+    From the middle outwards on both sides: lanes, a parking strip (may be 0 wide), kerb, sidewalk, facades; plates lie
+    on the carriageway. Vehicles heading +x drive at y < 0. Where the street bends, x of its zebras is read as distance
+    along the centre; people and vehicles are always placed in the world's coordinates: ``scenario.layout.to_world``
+    converts.
     """
 
     start_x_m: float = -60.0
@@ -93,6 +110,7 @@ class StreetSpec:
     curve_start_x_m: float = 40.0  # straight up to here
     curve_length_m: float = 60.0  # of the arc; straight again beyond it
     intersection: Intersection | None = None
+    plates: tuple[SteelPlate, ...] = ()
 
     def __post_init__(self) -> None:
         require(
@@ -112,6 +130,13 @@ class StreetSpec:
             require(
                 self.start_x_m < crosswalk.x_m < self.end_x_m, "Crosswalk.x_m", crosswalk.x_m, "on the street"
             )
+        for plate in self.plates:
+            edge = abs(plate.y_m) + 0.5 * plate.width_m
+            require(
+                self.start_x_m < plate.x_m < self.end_x_m and edge <= self.kerb_y_m,
+                "SteelPlate x_m, y_m", (plate.x_m, plate.y_m),
+                f"within the carriageway, which ends at {self.kerb_y_m:g} m: e.g. y_m = {self.ego_lane_y_m:g}",
+            )  # fmt: skip
         self._check_curve()
         self._check_intersection()
 

@@ -245,7 +245,7 @@ def test_a_suite_of_ones_own() -> None:
         Suite(name="twice", cells=(cell, cell), **facts)
 
 
-KINDS = ("crossing", "crossing", "group", "along", "standing", "gap")
+KINDS = ("crossing", "crossing", "group", "along", "standing", "gap", "plate")
 any_cell = st.builds(
     Cell, id=st.just("ANY-50/1"), provenance=st.just(OWN), kind=st.sampled_from(KINDS),
     ego_kmh=st.floats(5, 90), pedestrian_kmh=st.floats(1, 16), impact_share=st.floats(0.1, 0.9),

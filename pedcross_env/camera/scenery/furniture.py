@@ -97,7 +97,7 @@ def _placed(
 
 
 def _furniture(street: StreetSpec, rng: np.random.Generator) -> list[Prop]:
-    """Furniture at kerbs and facades, and what belongs to the zebras."""
+    """Furniture at kerbs and facades, what belongs to the zebras, and plates on the road."""
     props = []
     for place in ("facade", "kerb"):
         kinds = [
@@ -126,6 +126,9 @@ def _furniture(street: StreetSpec, rng: np.random.Generator) -> list[Prop]:
                         (0.3, 0.3, 0.3),
                     )
                 )
+    for plate in street.plates:
+        size = plate.length_m, plate.width_m, plate.height_m
+        props.append(Prop("steel_plate", (plate.x_m, plate.y_m, 0.0), 0.0, size, (0.3, 0.3, 0.3)))
     return props
 
 

@@ -8,14 +8,14 @@ contact, a pedestrian of speed u needs (D + r) / u; it waits for the rest of the
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pedcross_env.config import EgoConfig, require
 from pedcross_env.errors import ConfigError
 from pedcross_env.scenario.layout import turning_route
 from pedcross_env.scenario.scenario import Leg, PedestrianSpec, Scenario, VehicleSpec
 from pedcross_env.scenario.sizes import Size, pedestrian_size, vehicle_size
-from pedcross_env.scenario.street import Intersection, StreetSpec
+from pedcross_env.scenario.street import Intersection, SteelPlate, StreetSpec
 from pedcross_env.scenario.suites.cell import Cell
 from pedcross_env.scenario.trigger import Trigger
 from pedcross_env.scenario.walk import RAMP_S
@@ -27,6 +27,7 @@ LANE_M, PARKING_M = 3.5, 2.2
 _TO_NEAR_KERB_M, _TO_FAR_KERB_M = 0.5 * LANE_M, 1.5 * LANE_M  # from the lane's middle, without parking strips
 OBSTRUCTION_GAP_M = 1.0  # to the pedestrian's path, between the cars and to the ego's side
 PASS_THROUGH_M = 4.5  # between the cars of a false activation test
+PLATE_M = (3.7, 2.4)  # length, width of the trench plate of another one
 AFTER_M, AFTER_S = 15.0, 6.0  # of the scenario, beyond the contact
 SPARE_S = 0.1  # nobody sets off sooner
 TURN_ARM_M = 1.0  # of straight way between the end of a turn and the ego's rear at the contact
@@ -65,6 +66,11 @@ def build_scenario(cell: Cell, ego: EgoConfig, seed: int) -> Scenario:
     person = pedestrian_size(CHILD_M if cell.child else ADULT_M)
     contact_s = _contact_s(cell, ego, person)
     frame = _frame(cell, street, ego, contact_s)
+    if cell.kind == "plate":
+        plate = SteelPlate(
+            x_m=frame.x + 0.5 * PLATE_M[0], y_m=frame.y, length_m=PLATE_M[0], width_m=PLATE_M[1]
+        )
+        street = replace(street, plates=(plate,))
     people, vehicles = _actors(cell, frame, ego, person, contact_s, seed)
     return Scenario(
         name=cell.id,
@@ -166,6 +172,8 @@ def _actors(
 ) -> tuple[list[PedestrianSpec], list[VehicleSpec]]:
     if cell.kind == "gap":
         return [], _pass_through(frame, seed)
+    if cell.kind == "plate":
+        return [], []
     if cell.kind in ("along", "standing"):
         return [_in_lane(cell, frame, ego, person, contact_s, seed)], []
     people = [_crossing(cell, frame, ego, person, contact_s, seed)]

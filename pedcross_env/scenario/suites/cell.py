@@ -12,8 +12,10 @@ from pedcross_env.scenario.scenario import Scenario
 
 __all__ = ["Cell", "Goal", "Kind", "Provenance", "Suite"]
 
-Kind = Literal["crossing", "along", "standing", "group", "gap"]
-KINDS: tuple[Kind, ...] = ("crossing", "along", "standing", "group", "gap")
+Kind = Literal["crossing", "along", "standing", "group", "gap", "plate"]
+KINDS: tuple[Kind, ...] = ("crossing", "along", "standing", "group", "gap", "plate")
+NOBODY: tuple[Kind, ...] = ("gap", "plate")
+"""Kinds in which there is nobody to brake for."""
 Certainty = Literal["primary", "secondary", "memory", "own"]
 CERTAINTIES: tuple[Certainty, ...] = ("primary", "secondary", "memory", "own")
 
@@ -83,7 +85,7 @@ class Cell:
     Attributes:
         id: Unique in its suite: scenario-impact point/ego km/h, then /night and the like.
         kind: "crossing"; "along": walks ahead in the lane; "standing" in the lane; "group": three who cross one after
-            the other; "gap": nobody, two parked cars to drive between.
+            the other; "gap": nobody, two parked cars to drive between; "plate": nobody, a steel plate to drive over.
         ego_kmh: Speed of the ego.
         pedestrian_kmh: Speed of the pedestrian, 0 for who stands.
         impact_share: Place of the first contact on the ego's width, 0 its near (right) side.
@@ -136,7 +138,7 @@ class Cell:
             raise unknown_name("Cell.turn", self.turn, ("left", "right"))
         name = f"Cell({self.id!r})"
         require(0 < self.ego_kmh <= 140, f"{name}.ego_kmh", self.ego_kmh, "above 0, at most 140, e.g. 40")
-        low = 0.0 if self.kind in ("standing", "gap") else 0.1
+        low = 0.0 if self.kind in ("standing", *NOBODY) else 0.1
         require(
             low <= self.pedestrian_kmh <= 36, f"{name}.pedestrian_kmh", self.pedestrian_kmh,
             f"{low:g} to 36, e.g. 5",
@@ -164,7 +166,7 @@ class Cell:
     @property
     def hits(self) -> bool:
         """Whether an ego that never brakes touches somebody."""
-        return self.kind != "gap"
+        return self.kind not in NOBODY
 
     @property
     def ego_mps(self) -> float:

@@ -1,4 +1,4 @@
-"""Euro NCAP's pedestrian tests of 2026, at every speed and impact point, by day and night, and their robustness layer."""
+"""Euro NCAP's pedestrian tests of 2026: every speed and impact point, by day and night, and their robustness layer."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def crossing_cells() -> list[Cell]:
 
 
 def turning_cells() -> list[Cell]:
-    """CPTA at 50 %: the ego turns, the pedestrian crosses the street turned into, walking as the ego drove or against it."""
+    """CPTA at 50 %: who crosses the street that the ego turns into walks as the ego drove, or against it."""
     found: list[Cell] = []
     turns: tuple[tuple[str, Literal["left", "right"], tuple[tuple[int, float], ...]], ...] = (
         ("f", "left", ((10, 9.0), (15, 11.75), (20, 14.75), (25, 14.75))),
@@ -152,8 +152,8 @@ def euro_ncap_2026() -> Suite:
         simplified=(
             "CPRA (reversing) is missing: the ego has no reverse gear and no camera to the rear.",
             "The test begins 4 s before the contact, earlier where the pedestrian needs longer for its way.",
-            "A street with houses stands for the proving ground, its friction of 0.85 for a peak of 0.9 or more; dummies "
-            "are people of the dummies' heights.",
+            "A street with houses stands for the proving ground, its friction of 0.85 for a peak of 0.9 or more; "
+            "dummies are people of the dummies' heights.",
             "A child's footprint is the adult dummy's, scaled by its height (0.38 x 0.32 m instead of 0.71 x 0.30 m).",
             "CPTA: quarter circles of the stated radii without clothoids; the contact is on the straight beyond.",
             "CPLA-25 asks for a warning; the first braking stands for it.",

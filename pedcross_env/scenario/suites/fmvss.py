@@ -49,17 +49,23 @@ def fmvss_127() -> Suite:
         goal=Goal(kind="no-braking", limit=_FALSE_BRAKING_MPS2),
         provenance=Provenance(
             document=_DOCUMENT, clause="false activation, between parked vehicles", certainty="memory",
-            note="the limit of 0.25 g is from the rule; 80 km/h and the gap of 4.5 m are from memory",
+            note="the limit of 0.25 g is from the rule; the gap of 4.5 m is from memory, 80 km/h is that of the plate",
+        ),
+    )  # fmt: skip
+    plate = replace(
+        gap, id="FALSE-PLATE/80", kind="plate",
+        provenance=Provenance(
+            document=_DOCUMENT, clause="false activation, steel trench plate", certainty="secondary",
+            note="2.4 x 3.7 m, 25 mm high, at 80 km/h; that its short side faces the ego is from memory",
         ),
     )  # fmt: skip
     return Suite(
         name="fmvss-127",
-        version="1",
+        version="2",
         title="FMVSS 127, pedestrians: crossing, obstructed, standing, along; day, low and high beam; false activation",
         source=_DOCUMENT,
         simplified=(
             "The rule holds at any speed within its ranges; cells are their ends and steps of 10 km/h between.",
-            "The false activation test on a steel trench plate is missing: the street has no plates.",
             "Dark is an unlit night with the beam of the cell (at most 0.2 lux are asked for).",
             "Run-ups are Euro NCAP's; a street with houses and sidewalks stands for the proving ground.",
         ),
@@ -71,5 +77,6 @@ def fmvss_127() -> Suite:
             *_speeds(standing, "PED-STANDING-25", (10, 20, 30, 40, 50, 55), dark=True),
             *_speeds(along, "PED-ALONG-25", (10, 20, 30, 40, 50, 60, 65), dark=True),
             gap,
+            plate,
         ),
     )
