@@ -133,7 +133,8 @@ def test_suites_are_listed_with_where_they_come_from(capsys):
     printed = capsys.readouterr().out
     assert "49 CFR 571.127" in printed
     assert "[memory]" in printed
-    assert "steel trench plate is missing" in printed
+    assert "over a steel plate" in printed
+    assert "Dark is an unlit night" in printed
     for cell in suite("fmvss-127").cells:
         assert cell.id in printed
     assert cli.main(["suites", "fmvs"]) == 2
