@@ -133,7 +133,7 @@ def test_suites_are_listed_with_where_they_come_from(capsys):
     printed = capsys.readouterr().out
     assert "49 CFR 571.127" in printed
     assert "[memory]" in printed
-    assert "over a steel plate" in printed
+    assert "FALSE-PLATE/80" in printed
     assert "Dark is an unlit night" in printed
     for cell in suite("fmvss-127").cells:
         assert cell.id in printed
