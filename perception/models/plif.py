@@ -1,7 +1,7 @@
 """The paper's neuron: SpikingJelly's parametric LIF, with the time loop of a whole clip fused.
 
 SpikingJelly's eager loop records some ten tensors per time step for the backward pass; here the
-membrane before the reset is enough, since everything else follows from it.
+membrane before the reset and the spikes are enough, since everything else follows from it.
 """
 
 from __future__ import annotations
@@ -9,9 +9,15 @@ from __future__ import annotations
 from typing import Any
 
 import torch
-from spikingjelly.activation_based import neuron, surrogate
+from spikingjelly.activation_based import neuron
+from spikingjelly.activation_based.surrogate import Sigmoid
 
 __all__ = ["PLIF"]
+
+
+def _reset(value: torch.Tensor, spikes: torch.Tensor) -> torch.Tensor:
+    """value (1 - spikes) in one pass: a mask of booleans costs several."""
+    return torch.addcmul(value, value, spikes, value=-1)
 
 
 class _PlifSequence(torch.autograd.Function):
@@ -27,32 +33,30 @@ class _PlifSequence(torch.autograd.Function):
         v = v0
         for t in range(x.shape[0]):
             h = torch.lerp(v, x[t].float(), rate, out=membrane[t])
-            fired = h >= threshold
-            spikes[t] = fired
-            v = h.masked_fill(fired, 0.0)
-        ctx.save_for_backward(membrane, v0, w)
+            v = _reset(h, torch.ge(h, threshold, out=spikes[t]))
+        ctx.save_for_backward(membrane, spikes, v0, w)
         ctx.threshold, ctx.alpha, ctx.dtype = threshold, alpha, x.dtype
         return spikes, v
 
     @staticmethod
     def backward(ctx: Any, *grads: torch.Tensor) -> tuple[torch.Tensor | None, ...]:
         grad_spikes, grad_v = grads
-        membrane, v0, w = ctx.saved_tensors
+        membrane, spikes, v0, w = ctx.saved_tensors
         s = torch.sigmoid(w)
         rate = float(s)
         grad_x = torch.empty_like(membrane)
         grad_w = torch.zeros_like(w)
         for t in range(membrane.shape[0] - 1, -1, -1):
             h = membrane[t]
-            previous = v0 if t == 0 else membrane[t - 1].masked_fill(membrane[t - 1] >= ctx.threshold, 0.0)
-            slope = torch.sigmoid(ctx.alpha * (h - ctx.threshold))
-            slope = ctx.alpha * slope * (1 - slope)
+            previous = v0 if t == 0 else _reset(membrane[t - 1], spikes[t - 1])
+            surrogate = torch.sub(h, ctx.threshold).mul_(ctx.alpha).sigmoid_()
             # The reset is not detached: the spike also acts through v = h (1 - spike).
-            grad_h = (grad_spikes[t] - grad_v * h) * slope
-            grad_h += grad_v.masked_fill(h >= ctx.threshold, 0.0)
-            grad_w += torch.sum(grad_h * (h - previous)) / rate
+            grad_spike = torch.addcmul(grad_spikes[t], grad_v, h, value=-1)
+            through_spike = torch.ops.aten.sigmoid_backward(grad_spike, surrogate)
+            grad_h = _reset(grad_v, spikes[t]).add_(through_spike, alpha=ctx.alpha)
+            grad_w += torch.sub(h, previous).mul_(grad_h).sum() / rate
             torch.mul(grad_h, rate, out=grad_x[t])
-            grad_v = grad_h * (1 - rate)
+            grad_v = grad_h.sub_(grad_x[t])
         return grad_x.to(ctx.dtype), grad_v, grad_w * s * (1 - s), None, None
 
 
@@ -66,7 +70,7 @@ class PLIF(neuron.ParametricLIFNode):
     def __init__(self) -> None:
         super().__init__(
             init_tau=2.0, decay_input=True, v_threshold=1.0, v_reset=0.0,
-            surrogate_function=surrogate.Sigmoid(alpha=4.0), detach_reset=False, step_mode="m",
+            surrogate_function=Sigmoid(alpha=4.0), detach_reset=False, step_mode="m",
         )  # fmt: skip
 
     def multi_step_forward(self, x_seq: torch.Tensor) -> torch.Tensor:

@@ -109,6 +109,18 @@ def test_fused_plif_equals_spikingjelly_forward_and_backward():
         torch.testing.assert_close(mine, reference, rtol=1e-4, atol=1e-5)
 
 
+def test_plif_in_half_precision_stays_near_full_precision():
+    x = torch.randn(7, 3, 5, 4, generator=torch.Generator().manual_seed(0)) * 2
+    gradients = []
+    for dtype in (torch.float32, torch.bfloat16):
+        leaf = x.to(torch.bfloat16).to(dtype).requires_grad_()
+        spikes = PLIF()(leaf)
+        spikes.sum().backward()
+        assert spikes.dtype == leaf.grad.dtype == dtype
+        gradients.append(leaf.grad.float())
+    torch.testing.assert_close(*gradients, rtol=0.02, atol=0.02)
+
+
 def test_state_does_not_leak_between_clips():
     network = small("sps_r18t_add").train()
     for module in network.modules():
