@@ -17,9 +17,11 @@ from eval.cameras import COMPACT_CAMERA
 from eval.detectors import DetectorSpec, load_detector, resolve_detectors
 from eval.jobs import EnvFactory, Job, Loader, make_env, play_jobs
 from eval.provenance import provenance
+from eval.seeds import decisive_seeds
 from eval.store import RowLog, prepare_folder, write_json, write_rows
 from pedcross_env import __version__
 from pedcross_env.config import CameraConfig, EgoConfig, EnvConfig, LabelConfig, TrafficConfig, require
+from pedcross_env.contracts import Modality
 from pedcross_env.errors import unknown_name
 from pedcross_env.scenario.suites import Cell, suite
 from pedcross_env.warmup import COMPILING, compile_kernels
@@ -43,6 +45,9 @@ class EvaluateConfig:
     """Each seed is played in each of them: the same crossing, another weather."""
     episodes: int = 20
     """Seeds per weather."""
+    hit_share: float | None = None
+    """Of the episodes, this share are crossings that hit an ego which never brakes, the others drives without a
+    crossing; the seeds between are passed over. Not given: every seed from the first one on, whatever it holds."""
     suite: str = ""
     """Play the cells of this suite instead of random crossings; ``pedcross suites`` lists them."""
     cells: tuple[str, ...] = ("*",)
@@ -79,6 +84,9 @@ class EvaluateConfig:
         require(self.cell_seeds >= 1, "cell_seeds", self.cell_seeds, "1 or more")
         require(bool(self.suite) or self.cells == ("*",), "cells", self.cells, "given with a suite only")
         self.chosen_cells()
+        if self.hit_share is not None:
+            require(0 <= self.hit_share <= 1, "hit_share", self.hit_share, "0 to 1")
+            require(not self.suite, "hit_share", self.hit_share, "given without a suite only")
         for value in (*self.extra_thresholds, *([] if self.threshold is None else [self.threshold])):
             require(0 < value <= 1, "threshold", value, "above 0, at most 1")
 
@@ -136,7 +144,8 @@ def evaluate(
         check_weathers(config.weathers)
     specs = resolve_detectors(config.detectors) if specs is None else list(specs)
     prepare_folder(config.out)
-    jobs = list(_jobs(config, specs))
+    seeds = _seeds(config, env_factory)
+    jobs = list(_jobs(config, specs, seeds))
     log = RowLog(config.out / "episodes.jsonl")
     wanted = {job.key for job in jobs}
     stored = log.read()
@@ -155,7 +164,7 @@ def evaluate(
         progress(len(rows), len(jobs), f"{row['detector']}, {what}, seed {row['seed']}")
     ordered = [rows[job.key] for job in jobs]
     write_rows(config.out / "episodes.parquet", ordered)
-    write_json(config.out / "evaluate.json", _provenance(config, specs))
+    write_json(config.out / "evaluate.json", _provenance(config, specs) | {"seeds": list(seeds)})
     return EvaluateReport(ordered, len(todo), already, len(stored) - already)
 
 
@@ -167,29 +176,52 @@ def check_weathers(names: Sequence[str]) -> None:
         weather_by_name(name)
 
 
-def _jobs(config: EvaluateConfig, specs: Sequence[DetectorSpec]) -> Iterator[Job]:
+def _seeds(config: EvaluateConfig, env_factory: EnvFactory) -> tuple[int, ...]:
+    """The episodes' seeds, the same in every weather and for every source; none of a suite."""
+    if config.suite:
+        return ()
+    if config.hit_share is None:
+        return tuple(range(config.seed, config.seed + config.episodes))
+    hit = round(config.hit_share * config.episodes)
+    return decisive_seeds(
+        _env_config(config, ()), config.weathers[0], first=config.seed, hit=hit, free=config.episodes - hit,
+        env_factory=env_factory,
+    )  # fmt: skip
+
+
+def _env_config(config: EvaluateConfig, modalities: tuple[Modality, ...]) -> EnvConfig:
+    return EnvConfig(
+        modalities=modalities, weather=config.weathers[:1], camera=config.camera, ego=config.ego,
+        traffic=config.traffic, label=config.label,
+    )  # fmt: skip
+
+
+def _jobs(config: EvaluateConfig, specs: Sequence[DetectorSpec], seeds: Sequence[int]) -> Iterator[Job]:
     """Controls first: they are quick and everything is read against them."""
     for name in config.controls:
         spec = DetectorSpec(
             name=name, path="", modality="none", threshold=make_control(name).threshold,
             braking_threshold=make_control(name).threshold, fingerprint=name,
         )  # fmt: skip
-        yield from _episodes(config, spec, "control", spec.braking_threshold, main=True)
+        yield from _episodes(config, spec, seeds, "control", spec.braking_threshold, main=True)
     for spec in specs:
         main = config.threshold if config.threshold is not None else spec.braking_threshold
         for threshold in dict.fromkeys((main, *config.extra_thresholds)):
-            yield from _episodes(config, spec, "detector", threshold, main=threshold == main)
+            yield from _episodes(config, spec, seeds, "detector", threshold, main=threshold == main)
 
 
 def _episodes(
-    config: EvaluateConfig, spec: DetectorSpec, kind: str, threshold: float, *, main: bool
+    config: EvaluateConfig,
+    spec: DetectorSpec,
+    seeds: Sequence[int],
+    kind: str,
+    threshold: float,
+    *,
+    main: bool,
 ) -> Iterator[Job]:
     aeb = dataclasses.replace(config.aeb, threshold=threshold)
     modalities: Any = () if kind == "control" else (spec.modality,)
-    env = EnvConfig(
-        modalities=modalities, weather=config.weathers[:1], camera=config.camera, ego=config.ego,
-        traffic=config.traffic, label=config.label,
-    )  # fmt: skip
+    env = _env_config(config, modalities)
     # The weather is given with each reset, so the config's own plays no part in what a row depends on.
     facts = [
         __version__,
@@ -208,7 +240,7 @@ def _episodes(
                 cell=cell.id,
             )  # fmt: skip
     for weather in () if config.suite else config.weathers:
-        for seed in range(config.seed, config.seed + config.episodes):
+        for seed in seeds:
             yield Job(
                 name=spec.name, kind=kind, path=spec.path, modality=spec.modality, threshold=threshold,
                 main=main, weather=weather, seed=seed, aeb=aeb, env=env, setup=setup,

@@ -29,8 +29,11 @@ class DemoConfig:
     """Recorded videos go to out/data, results and report.html to out."""
     videos: int = 6
     """Recorded per subset, for the offline scores."""
-    episodes: int = 6
+    episodes: int = 8
     """Driven per weather and source."""
+    hit_share: float = 0.75
+    """Of the episodes are crossings that hit a car which never brakes, see ``EvaluateConfig``; nobody crosses in the
+    others."""
     weathers: tuple[str, ...] = ("clear", "rain", "fog")
     detectors: tuple[str, ...] = ()
     """Names of shipped checkpoints or paths; empty: all shipped ones."""
@@ -60,7 +63,11 @@ def run_demo(config: DemoConfig, console: Console) -> Path:
     prepare_folder(config.out)
     data = config.out / "data"
     record = GenerateConfig(
-        out=data, videos=config.videos, seed=config.seed, workers=config.workers, camera=COMPACT_CAMERA
+        out=data,
+        videos=config.videos,
+        seed=config.seed,
+        workers=config.workers,
+        camera=COMPACT_CAMERA,
     )
     with bar("recording videos ", console) as progress:
         generate(record, progress)
@@ -71,6 +78,7 @@ def run_demo(config: DemoConfig, console: Console) -> Path:
         detectors=config.detectors,
         weathers=config.weathers,
         episodes=config.episodes,
+        hit_share=config.hit_share,
         seed=config.seed,
         workers=config.workers,
     )

@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from eval.report.figures import FIGURES
 from eval.report.results import Results, read_results
 from eval.report.tables import checkpoint_table, closed_loop_tables, offline_table, pair_table, verdict_table
-from eval.report.words import group_title, summary_sentences, warnings
+from eval.report.words import choice_of_crossings, group_title, played_seeds, summary_sentences, warnings
 from pedcross_env.errors import ConfigError
 
 __all__ = ["ReportConfig", "build_report"]
@@ -58,6 +58,8 @@ def build_report(out: Path) -> Path:
         controls=(results.evaluate or {}).get("controls", {}),
         benchmark=results.benchmark,
         evaluate=results.evaluate,
+        played=played_seeds(results),
+        chosen=choice_of_crossings(results),
         figures=figures,
         group_title=group_title,
     )

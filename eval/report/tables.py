@@ -170,7 +170,7 @@ def checkpoint_table(results: Results) -> list[Row]:
         printed = paper_energy(about.get("model", ""), about.get("frames", 0))
         preprocess = about.get("preprocess", {})
         size = f"{preprocess['width_px']}×{preprocess['height_px']}" if preprocess else DASH
-        validation = (about.get("metrics") or {}).get("validation_auroc")
+        metrics, kept_apart = about.get("metrics") or {}, detector.get("test_videos") or ()
         rows.append(
             {
                 "detector": name,
@@ -182,7 +182,9 @@ def checkpoint_table(results: Results) -> list[Row]:
                 "energy": f"{sum(energy) / len(energy):.3g}" if energy else DASH,
                 "paper_energy": DASH if printed is None else f"{printed:g}",
                 "ms_per_clip": number(measured[0]["ms_per_clip"], 1) if measured else DASH,
-                "validation_auroc": number(validation, 3),
+                "validation_auroc": number(metrics.get("validation_auroc"), 3),
+                "test_auroc": number(metrics.get("test_auroc"), 3),
+                "test_videos": f"{len(kept_apart)} videos" if kept_apart else "",
                 "recipe": f"{about.get('recipe') or DASH}, seed {about.get('seed', DASH)}",
                 "data": about.get("fingerprint") or DASH,
                 "command": about.get("command") or DASH,

@@ -8,7 +8,7 @@ from typing import Any
 from eval.report.format import interval, kmh, percent, percent_interval
 from eval.report.results import SUBSET_GROUPS, Results
 
-__all__ = ["group_title", "summary_sentences", "warnings"]
+__all__ = ["choice_of_crossings", "group_title", "played_seeds", "summary_sentences", "warnings"]
 
 Row = dict[str, Any]
 FEW_CROSSINGS = 30
@@ -26,8 +26,28 @@ def summary_sentences(results: Results) -> list[str]:
     sentences += [
         _offline_sentence(results, subset) for subset in sorted({r["subset"] for r in results.offline})
     ]
-    sentences += _link_sentences(results)
+    sentences += [_kept_apart_sentence(results), *_link_sentences(results)]
     return [sentence for sentence in sentences if sentence]
+
+
+def played_seeds(results: Results) -> str:
+    """Return which seeds were driven: a range, or the list where some were passed over."""
+    seeds = (results.evaluate or {}).get("seeds", [])
+    if not seeds:
+        return ""
+    if len(seeds) == seeds[-1] - seeds[0] + 1:
+        return f"seeds {seeds[0]} to {seeds[-1]}"
+    return f"seeds {', '.join(map(str, seeds))}"
+
+
+def choice_of_crossings(results: Results) -> str:
+    """Return the sentence on how episodes were chosen; empty where every seed was played."""
+    if ((results.evaluate or {}).get("settings") or {}).get("hit_share") is None:
+        return ""
+    return (
+        "Only such crossings were chosen as hit a car that never brakes, before any detector saw them: "
+        "of random crossings about a third miss it anyway."
+    )
 
 
 def _loop_sentences(results: Results, group: str) -> list[str]:
@@ -87,6 +107,25 @@ def _offline_sentence(results: Results, subset: str) -> str:
     if inside:
         text += f" Within its interval lie {', '.join(inside)}."
     return text
+
+
+def _kept_apart_sentence(results: Results) -> str:
+    """How good the networks are on more videos than a small run records."""
+    scores = {
+        name: (about["metrics"]["test_auroc"], len(detector["test_videos"]))
+        for name, detector in results.detectors().items()
+        if (about := detector["about"]).get("metrics") and detector.get("test_videos")
+    }
+    known = {name: score for name, score in scores.items() if not math.isnan(score[0])}
+    if not known:
+        return ""
+    best = max(known, key=lambda name: known[name][0])
+    videos = sorted({videos for _, videos in known.values()})
+    text = f"On the {' or '.join(map(str, videos))} videos that its own training kept apart, "
+    if len(known) == 1:
+        return text + f"{best} has an AUROC of {known[best][0]:.3f}."
+    least = min(score for score, _ in known.values())
+    return text + f"each network has an AUROC of {least:.3f} to {known[best][0]:.3f}, the highest {best}."
 
 
 def _link_sentences(results: Results) -> list[str]:

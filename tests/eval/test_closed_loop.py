@@ -202,6 +202,47 @@ def test_progress_counts_to_the_end(tmp_path):
     assert calls == [(i, total) for i in range(total + 1)]
 
 
+class OnlyOneInFourHits(FakeEnv):
+    """Of the crossings, those of seeds 2, 6, 10, ... are over before a steady ego arrives."""
+
+    def _label(self):
+        return super()._label() and (self.seed % 4 == 0 or self._time() < 3.0)
+
+
+def chosen_seeds(out, **changes):
+    report = evaluate(
+        config(out, **changes), specs=[spec("sharp")], env_factory=OnlyOneInFourHits, loader=FakeDetector
+    )
+    return report, sorted({row["seed"] for row in report.rows})
+
+
+def test_crossings_that_a_steady_ego_misses_are_passed_over(tmp_path):
+    report, seeds = chosen_seeds(tmp_path, episodes=5, hit_share=0.6, seed=1, weathers=("clear", "rain"))
+    assert seeds == [1, 3, 4, 8, 12]
+    never = [row for row in report.rows if row["detector"] == "never"]
+    assert [row["collision"] for row in never] == 2 * [False, False, True, True, True]
+    assert json.loads((tmp_path / "evaluate.json").read_text())["seeds"] == seeds
+
+
+def test_without_a_share_every_seed_is_played(tmp_path):
+    assert chosen_seeds(tmp_path, episodes=5)[1] == [0, 1, 2, 3, 4]
+
+
+def test_a_share_that_the_traffic_does_not_have_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match="seeds 0 to 99, 0 have a crossing that hits"):
+        evaluate(
+            config(tmp_path, episodes=2, hit_share=1.0),
+            specs=[],
+            env_factory=EmptyStreet,
+            loader=FakeDetector,
+        )
+
+
+class EmptyStreet(FakeEnv):
+    def _crosses(self):
+        return False
+
+
 def test_extra_thresholds_are_marked_as_operating_points(tmp_path):
     report = run(tmp_path, episodes=1, extra_thresholds=(0.5, 0.9))
     assert [(r["threshold"], r["main"]) for r in select(report, "sharp")] == [(0.5, True), (0.9, False)]
@@ -225,7 +266,8 @@ def test_a_log_damaged_in_the_middle_is_an_error(tmp_path):
     ("changes", "message"),
     [({"controls": ("oracel",)}, "Did you mean 'oracle'"), ({"episodes": 0}, "episodes"),
      ({"threshold": 1.5}, "threshold"), ({"weathers": ()}, "weathers"),
-     ({"weathers": ("clear", "clear")}, "repeats")],
+     ({"weathers": ("clear", "clear")}, "repeats"), ({"hit_share": 1.5}, "hit_share"),
+     ({"hit_share": 0.5, "suite": "un-r152"}, "without a suite")],
 )  # fmt: skip
 def test_settings_that_cannot_work_are_named(tmp_path, changes, message):
     with pytest.raises(ConfigError, match=message):

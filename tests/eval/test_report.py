@@ -15,7 +15,7 @@ from eval.report.figures import FIGURES
 from eval.report.format import interval, kmh, number, p_value, percent
 from eval.report.paper import paper_energy, paper_score
 from eval.report.results import read_results
-from eval.report.words import summary_sentences, warnings
+from eval.report.words import choice_of_crossings, played_seeds, summary_sentences, warnings
 from eval.store import write_json
 from pedcross_env.errors import DataError
 
@@ -128,6 +128,29 @@ def test_words_follow_from_the_rows(results):
     assert "braking on the true label leaves 0" in text
     assert "the fewest collisions has sharp, 0 of 3 (0 %" in text
     assert "jumpy (3 of 3)" in text
+
+
+def test_the_networks_scores_on_their_own_test_videos_are_told(results):
+    read = read_results(results)
+    assert not any("kept apart" in sentence for sentence in summary_sentences(read))
+    scores = {"sharp": 0.812, "blind": 0.503, "jumpy": float("nan")}
+    for detector in read.evaluate["detectors"] + read.benchmark["detectors"]:
+        detector["about"]["metrics"] = {"test_auroc": scores[detector["name"]]}
+        detector["test_videos"] = ["default/video_0", "default/video_1"]
+    told = [sentence for sentence in summary_sentences(read) if "kept apart" in sentence]
+    assert told == [
+        "On the 2 videos that its own training kept apart, each network has an AUROC of 0.503 to 0.812, the "
+        "highest sharp."
+    ]
+
+
+def test_a_choice_of_crossings_is_told(results):
+    read = read_results(results)
+    assert played_seeds(read) == "seeds 0 to 5"
+    assert choice_of_crossings(read) == ""
+    read.evaluate["settings"]["hit_share"], read.evaluate["seeds"] = 0.75, [0, 1, 4]
+    assert played_seeds(read) == "seeds 0, 1, 4"
+    assert "hit a car that never brakes" in choice_of_crossings(read)
 
 
 def test_small_samples_are_warned_of(results):
