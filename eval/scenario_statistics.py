@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,7 @@ from pedcross_env.config import (
 )
 from pedcross_env.contracts import Outcome
 from pedcross_env.errors import unknown_name
+from pedcross_env.scenario.layout import carriageway_m
 from pedcross_env.scenario.sampler import sample_crossing
 from pedcross_env.world import World
 
@@ -107,16 +109,19 @@ def _drive(world: World, scale_px: float, mount_x_m: float, rows: dict[str, list
     frames = positive = 0
     crossing: set[int] = set()
     recent: list[np.ndarray] = []
-    step_s, kerb_y_m = 1.0 / WorldConfig().policy_hz, world.scenario.street.kerb_y_m
+    step_s, street = 1.0 / WorldConfig().policy_hz, world.scenario.street
     while world.outcome is Outcome.RUNNING:
         world.step(0.0)
         now, shot = set(world.crossing_ids()), world.snapshot(world.time_s)
         for ident in sorted(now - crossing):
             index = int(np.flatnonzero(shot.actors["id"] == ident)[0])
             person = shot.actors[index]
-            along = float(person["x"] - shot.ego["x"])
+            dx, dy = (float(person[k] - shot.ego[k]) for k in ("x", "y"))
+            heading = float(shot.ego["yaw"])
+            along = dx * math.cos(heading) + dy * math.sin(heading)
             gap = max(0.0, along - 0.5 * float(shot.ego["length"]))
-            begins = frames > 0 and abs(float(recent[-1][index]["y"])) >= kerb_y_m - STEPPED_OUT_M
+            before = recent[-1][index] if recent else person
+            begins = frames > 0 and float(carriageway_m(street, before["x"], before["y"])) <= STEPPED_OUT_M
             if begins:  # who comes into the label's range already crossing began unseen
                 rows["onset_ttc_s"].append(gap / max(world.ego.speed_mps, 0.1))
                 rows["onset_distance_m"].append(gap)

@@ -198,26 +198,28 @@ class BehaviourConfig:
 
     All that makes a crossing more than a walk straight over: who hesitates steps down, stops for up to 1.5 s and
     goes on; who stops midway stands on the carriageway for up to 2.5 s; who turns back comes at most to the middle
-    of the ego's lane and misses an ego that holds its speed; who yields waits at the kerb for a gap it accepts, so
-    it reacts to the ego and is not timed to be hit. Groups have one to four people by ``group_sizes``; with
-    ``both_sides`` one more comes from the other side.
+    of the ego's lane and misses an ego that holds its speed; who yields waits for a gap it accepts,
+    at the kerb or, midway, at the edge of the ego's lane, so it reacts to the ego and is not timed to be hit. Groups
+    have one to four people by ``group_sizes``; with ``both_sides`` one more comes from the other side.
 
     Hard negatives: a cyclist rides at the edge of either lane, some just beside the ego's path; a door of a parked
     car opens as the ego comes; with ``intersection`` a side street lies before the meeting point and oncoming cars
     turn across the ego's lane; with ``leader`` a car drives ahead of the ego, hides the meeting point and passes it
-    before the others step out. What bystanders do, by weight: walk along the house fronts or along the kerb, walk
-    up and stop, stand at the kerb, stand.
+    before the others step out. With ``curve`` the street bends, unless it is crossed. What bystanders do, by weight:
+    walk along the house fronts or along the kerb, walk up and stop, stand at the kerb, stand.
     """
 
     hesitates: float = 0.08
     stops_midway: float = 0.05
     turns_back: float = 0.05
     yields: float = 0.0
+    yields_midway: float = 0.0
     group_sizes: tuple[float, float, float, float] = (0.7, 0.22, 0.05, 0.03)
     both_sides: float = 0.08
     cyclist: float = 0.25
     door: float = 0.1
     intersection: float = 0.0
+    curve: float = 0.0
     leader: float = 0.0
     walking_along: float = 0.25
     along_kerb: float = 0.15
@@ -237,8 +239,14 @@ class BehaviourConfig:
                 f"behaviour {', '.join(names)}", values, "weights, 0 or more, not all 0",
             )  # fmt: skip
         require(len(self.group_sizes) == 4, "behaviour.group_sizes", self.group_sizes, "four weights")
-        ways = self.hesitates + self.stops_midway + self.turns_back + self.yields
-        require(ways <= 1, "behaviour hesitates + stops_midway + turns_back + yields", ways, "at most 1")
+        ways = sum(self.ways)
+        what = "behaviour hesitates + stops_midway + turns_back + yields + yields_midway"
+        require(ways <= 1, what, ways, "at most 1")
+
+    @property
+    def ways(self) -> tuple[float, float, float, float, float]:
+        """Shares of how people cross, in the order of the fields; the rest walks straight on."""
+        return self.hesitates, self.stops_midway, self.turns_back, self.yields, self.yields_midway
 
     @property
     def bystanders(self) -> tuple[float, ...]:

@@ -19,6 +19,7 @@ __all__ = [
 ]  # fmt: skip
 
 KERB_STAND_M = 0.35  # feet of who waits, from the kerb
+_BEFORE_LANE_M = 0.15  # and of who waits midway, from the edge of the ego's lane
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +40,7 @@ TYPES = (
 )
 """Walking speeds of adults (15th percentile 1.25 m/s), the elderly (0.97 m/s) and children as measured at crossings."""
 
-Way = Literal["on", "hesitates", "stops_midway", "turns_back", "yields"]
+Way = Literal["on", "hesitates", "stops_midway", "turns_back", "yields", "yields_midway"]
 WAYS: tuple[Way, ...] = get_args(Way)
 
 
@@ -105,7 +106,7 @@ class Over:
         way: One of WAYS.
         reach_m: From the kerb to where it stops, or turns back.
         pause_s: There.
-        gap_s: Smallest gap that is accepted, for who yields.
+        gap_s: Smallest gap that is accepted there, for who yields.
     """
 
     way: Way = "on"
@@ -122,28 +123,32 @@ def draw_over(
     street: StreetSpec,
     side: int,
     speed_mps: float,
-    shares: tuple[float, float, float, float],
+    shares: tuple[float, float, float, float, float],
 ) -> Over:
     """Draw how somebody crosses a street that it enters from ``side``.
 
-    Who yields accepts no gap in which it would not be out of the ego's lane a second before the ego comes.
+    Who yields accepts no gap in which it would not be out of the ego's lane a second before the ego comes. Midway is
+    the edge of the ego's lane: beside the parked cars, or the middle of the street for who comes from the left.
 
     Args:
         rng: Of the behaviour.
         street: Which.
         side: +1: from the left.
         speed_mps: Of the walk over.
-        shares: Of who hesitates, stops midway, turns back, yields; the rest walks on.
+        shares: Of who hesitates, stops midway, turns back, yields at the kerb, yields midway; the rest walks on.
     """
     way = WAYS[int(rng.choice(len(WAYS), p=[max(0.0, 1.0 - sum(shares)), *shares]))]
     to_ego_lane = abs(side * street.kerb_y_m - street.ego_lane_y_m)
     # accepted gaps: half of them above 4 s, 15 % above 7 s, within the 5.3 to 9.4 s that studies give for those 15 %
     drawn_s = float(np.clip(4.0 * math.exp(0.54 * rng.standard_normal()), 2.0, 12.0))
-    gap_s = max(drawn_s, (KERB_STAND_M + to_ego_lane + 0.5 * street.lane_width_m) / speed_mps + 1.0)
+    edge = max(0.0, to_ego_lane - 0.5 * street.lane_width_m - _BEFORE_LANE_M)
+    from_m = edge if way == "yields_midway" else -KERB_STAND_M
+    gap_s = max(drawn_s, (to_ego_lane + 0.5 * street.lane_width_m - from_m) / speed_mps + 1.0)
     share, pause = float(rng.uniform()), float(rng.uniform())
     reach, pause_s = {
         "on": (0.0, 0.0),
         "yields": (0.0, 0.0),
+        "yields_midway": (edge, 0.0),
         "hesitates": (0.5 + 0.7 * share, 0.4 + 1.1 * pause),
         "stops_midway": (1.5 + share * (2 * street.kerb_y_m - 3.0), 0.8 + 1.7 * pause),
         "turns_back": (0.8 + share * (to_ego_lane - 0.8), 0.2 + 0.6 * pause),
@@ -160,6 +165,8 @@ def _over_legs(x_m: float, side: int, street: StreetSpec, speed: float, over: Ov
     if over.way == "turns_back":
         kerb = Leg(to_x_m=x_m, to_y_m=side * (street.kerb_y_m + 0.8), speed_mps=speed, wait_s=over.pause_s)
         return there, kerb
+    if over.way == "yields_midway":
+        return there, replace(beyond, go=Trigger(gap_s=over.gap_s))
     return there, replace(beyond, wait_s=over.pause_s)
 
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pedcross_env.config import BehaviourConfig, EgoConfig, TrafficConfig
+from pedcross_env.scenario.bending import bent, draw_bend
 from pedcross_env.scenario.bystanders import draw_bystander
 from pedcross_env.scenario.footprints import box_gaps_m
 from pedcross_env.scenario.parking import Beside, parked_cars
@@ -43,6 +44,7 @@ _PREFER_FROM_KERB = 12  # attempts in which nobody may be on the carriageway at 
 _BODY_M = 0.3  # the group walks so far behind the meeting point: half a body
 _GAP_SIDE_M = (0.6, 1.0)  # free beside a path between parked cars
 _GRID_S = 0.01
+_MISSING = ("turns_back", "yields", "yields_midway")  # ways that an ego which holds its speed misses
 _TO_CORNER_M = 26.0  # from the middle of a side street to the meeting point
 _CORNER_FROM_M = 20.0  # and from the ego's start
 
@@ -169,10 +171,8 @@ def _group(
     street, side = scene.street, scene.side
     people = [draw_person(rng) for _ in range(len(scene.beside_m) + 1)]
     approach, leader = draw_approach(rng, street), people[0]
-    over = draw_over(
-        rng, street, side, leader.speed_mps, (how.hesitates, how.stops_midway, how.turns_back, how.yields)
-    )
-    hits = hits and over.way not in ("turns_back", "yields")
+    over = draw_over(rng, street, side, leader.speed_mps, how.ways)
+    hits = hits and over.way not in _MISSING
     aim = float(rng.uniform(-0.5, 0.5)) * ego.width_m
     shift = 0.0
     if not hits:
@@ -182,7 +182,7 @@ def _group(
         shift = half_way_s + float(rng.uniform(*MISS_S)) + (0.0 if early else ego_passes_s)
         shift, aim = (-shift if early else shift), 0.0
     x = scene.meeting_x_m + _BODY_M
-    timed = replace(over, way="on") if over.way in ("turns_back", "yields") else over
+    timed = replace(over, way="on") if over.way in _MISSING else over
     stands = Approach("stands", 0.0, 1.0, 1)
     probe = visit(leader, stands, street, x, side, 20.0, crosses=True, over=timed)
     to_aim_s = _reaches_s(probe, street.ego_lane_y_m + aim, side) - 20.0
@@ -218,8 +218,7 @@ def sample_crossing(seed: int, traffic: TrafficConfig, ego: EgoConfig) -> Scenar
     Returns:
         A scenario named "crossing/..." or "non-crossing/...", followed by place and side.
     """
-    scene_stream, behaviour_stream = np.random.SeedSequence(seed).spawn(2)
-    scene_rng, rng = np.random.default_rng(scene_stream), np.random.default_rng(behaviour_stream)
+    scene_rng, rng, bend_rng = (np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3))
     scene, how = _draw_scene(scene_rng, traffic, ego), traffic.behaviour
     crosses, hits = bool(rng.random() < traffic.crossing_share), bool(rng.random() < CONTACT_SHARE)
     from_x = 8.0 if scene.street.intersection is None else scene.meeting_x_m - 8.0
@@ -246,7 +245,7 @@ def sample_crossing(seed: int, traffic: TrafficConfig, ego: EgoConfig) -> Scenar
         leading = leading_car(scene_rng, scene.street, ego, ego_speed_mps=scene.ego_speed_mps, crossing=crossing,
                               others=scene.vehicles, until_s=until_s)  # fmt: skip
     side = "far" if scene.side > 0 else "near"
-    return Scenario(
+    scenario = Scenario(
         name=f"{'crossing' if crosses else 'non-crossing'}/{scene.place}/{side}",
         street=scene.street,
         ego_speed_mps=scene.ego_speed_mps,
@@ -255,3 +254,6 @@ def sample_crossing(seed: int, traffic: TrafficConfig, ego: EgoConfig) -> Scenar
         pedestrians=(*group, *bystanders),
         vehicles=(*scene.vehicles, *leading),
     )
+    if scene.street.intersection is None and bend_rng.random() < how.curve:
+        return bent(scenario, draw_bend(bend_rng, scene.meeting_x_m))
+    return scenario

@@ -15,6 +15,7 @@ import numpy as np
 from highway_env.road.road import Road
 
 from pedcross_env.config import EgoConfig
+from pedcross_env.scenario.layout import to_street, to_world
 from pedcross_env.scenario.scenario import Scenario, VehicleSpec
 from pedcross_env.scenario.sizes import vehicle_size
 from pedcross_env.scenario.trigger import Fires
@@ -112,8 +113,10 @@ class Traffic:
 
     def _add_obstacle(self, spec: VehicleSpec) -> None:
         street, size = self._scenario.street, vehicle_size(spec.model)
-        across = size.width_m * abs(math.cos(spec.yaw_rad)) + size.length_m * abs(math.sin(spec.yaw_rad))
-        if abs(spec.y_m) - 0.5 * across < street.lanes_per_direction * street.lane_width_m - 0.3:
+        at, aside = to_street(street, spec.x_m, spec.y_m)
+        turned = spec.yaw_rad - float(to_world(street, at)[2])
+        across = size.width_m * abs(math.cos(turned)) + size.length_m * abs(math.sin(turned))
+        if abs(float(aside)) - 0.5 * across < street.lanes_per_direction * street.lane_width_m - 0.3:
             self._road.vehicles.append(
                 Passive(self._road, (spec.x_m, spec.y_m), spec.yaw_rad, (size.length_m, size.width_m))
             )

@@ -10,7 +10,7 @@ import numpy as np
 from pedcross_env.config import CameraConfig, EgoConfig, LabelConfig, WorldConfig, require
 from pedcross_env.contracts import Outcome, Snapshot
 from pedcross_env.errors import ConfigError, PedcrossError
-from pedcross_env.scenario.layout import carriageway_m
+from pedcross_env.scenario.layout import carriageway_m, to_street
 from pedcross_env.scenario.scenario import Scenario
 from pedcross_env.scenario.trigger import Trigger
 from pedcross_env.world.actors import ActorRecords
@@ -269,11 +269,12 @@ class World:
 
     def full_crossings_s(self) -> list[float]:
         """How long those take who, as it is known now, go all the way from one kerb to the other."""
-        kerb, taken = self.scenario.street.kerb_y_m, []
+        street, taken = self.scenario.street, []
+        kerb = street.kerb_y_m
         for owner, start_s, end_s in zip(self._stay_owner, self._stay_start_s, self._stay_end_s, strict=True):
             if start_s > 0 and math.isfinite(end_s):
                 walk = self._people.walks[owner]
-                enters, leaves = (walk.position(t)[1] for t in (start_s, end_s))
+                enters, leaves = (float(to_street(street, *walk.position(t))[1]) for t in (start_s, end_s))
                 if enters * leaves < 0 and min(abs(enters), abs(leaves)) > 0.9 * kerb:
                     taken.append(float(end_s - start_s))
         return taken

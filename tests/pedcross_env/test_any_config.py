@@ -65,10 +65,11 @@ def some(**fields: st.SearchStrategy) -> st.SearchStrategy:
     return st.fixed_dictionaries({}, optional=fields)
 
 
-share = number(0.0, 0.25)
+share = number(0.0, 0.2)
 BEHAVIOUR = some(
     hesitates=share, stops_midway=share, turns_back=share, yields=share, both_sides=share,
-    cyclist=number(0, 1), door=number(0, 1), intersection=number(0, 1), leader=number(0, 1),
+    yields_midway=share, curve=number(0, 1), cyclist=number(0, 1), door=number(0, 1), intersection=number(0, 1),
+    leader=number(0, 1),
     group_sizes=st.lists(number(0.0, 1.0), min_size=4, max_size=4), along_kerb=number(0, 2),
 )  # fmt: skip
 TRAFFIC = st.fixed_dictionaries(

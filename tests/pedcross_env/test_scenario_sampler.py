@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from pedcross_env.config import BehaviourConfig, EgoConfig, LabelConfig, TrafficConfig, WorldConfig
 from pedcross_env.contracts import Outcome
 from pedcross_env.scenario import Scenario
+from pedcross_env.scenario.layout import carriageway_m, facade_m
 from pedcross_env.scenario.sampler import sample_crossing
 from pedcross_env.scenario.sizes import vehicle_size
 from pedcross_env.scenario.walk import Walk
@@ -181,6 +182,59 @@ def test_who_yields_lets_an_ego_pass_that_does_not_slow_down_in_time() -> None:
     for scenario in sampled(yields=1.0):
         assert all(any(leg.go for leg in walk.spec.legs) for walk in crossers(scenario))
         assert play(scenario)[0].outcome is Outcome.PASSED
+
+
+def test_who_yields_midway_waits_beside_the_ego_s_lane_and_goes_on_once_the_ego_has_stopped() -> None:
+    waited = 0
+    for scenario in sampled(yields_midway=1.0):
+        assert play(scenario)[0].outcome is Outcome.PASSED
+        street, world = scenario.street, build(scenario)
+        lane, half = street.ego_lane_y_m, 0.5 * street.lane_width_m
+        names = [p.behaviour for p in scenario.pedestrians]
+        who = len(scenario.vehicles) + names.index("crossing")
+        states = []
+        while world.outcome is Outcome.RUNNING:
+            world.step(-9.0)
+            person = world.snapshot(world.time_s).actors[who]
+            inside = street.kerb_y_m - abs(float(person["y"]))
+            if person["speed"] < 1e-9 and inside > 0.2:
+                states.append(abs(float(person["y"]) - lane) - half)
+        crossed = np.sign(person["y"]) != np.sign(scenario.pedestrians[who - len(scenario.vehicles)].y_m)
+        assert all(beside == pytest.approx(0.15) for beside in states)  # it never stands in the lane
+        waited += bool(states) and bool(crossed)
+    assert waited > 3
+
+
+def test_a_bend_moves_nobody_in_time() -> None:
+    curved = dataclasses.replace(CROSSING, behaviour=BehaviourConfig(curve=1.0))
+    bends, hits = [], 0
+    for seed in range(40):
+        straight, bent = sample_crossing(seed, CROSSING, EGO), sample_crossing(seed, curved, EGO)
+        assert bent.name == straight.name
+        bends.append(bent.street.curvature_per_m)
+        one, other = play(straight)[0], play(bent)[0]
+        assert one.outcome is other.outcome
+        if one.outcome is Outcome.COLLISION:
+            hits += 1
+            assert other.contact_time_s == pytest.approx(one.contact_time_s, abs=0.01)
+            assert other.impact_speed_mps == pytest.approx(one.impact_speed_mps)
+        for a, b in zip(straight.pedestrians, bent.pedestrians, strict=True):
+            assert Walk(b).end_s == pytest.approx(Walk(a).end_s, abs=0.02)
+    assert hits > 15
+    assert min(bends) < -1 / 300 < 1 / 300 < max(bends)
+    assert all(1 / 300 <= abs(bend) <= 1 / 100 for bend in bends)
+
+
+def test_nobody_walks_off_the_sidewalk_in_a_bend() -> None:
+    curved = dataclasses.replace(STOPPING, behaviour=BehaviourConfig(curve=1.0))
+    for seed in range(40):
+        room = []
+        for scenario in (sample_crossing(seed, traffic, EGO) for traffic in (STOPPING, curved)):
+            walks = [Walk(person) for person in scenario.pedestrians]
+            ways = [walk.positions(np.arange(0.0, walk.end_s + 0.1, 0.1)).T for walk in walks]
+            assert all(carriageway_m(scenario.street, *way).max() < 0.0 for way in ways)
+            room.append([float(facade_m(scenario.street, *way).min()) for way in ways])
+        np.testing.assert_allclose(*room, atol=0.03)  # a chord of 3 m leaves an arc of 100 m by 1 cm
 
 
 def test_hard_negatives_leave_the_way_of_who_holds_its_speed_free() -> None:

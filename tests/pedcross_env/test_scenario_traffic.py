@@ -49,9 +49,9 @@ def overlaps(seed: int, traffic: TrafficConfig, *, brakes: bool) -> list[tuple[f
 
 
 @pytest.mark.parametrize("brakes", [False, True])
-@pytest.mark.parametrize("intersection", [0.0, 1.0])
-def test_no_vehicle_drives_through_another_or_through_a_door(intersection: float, brakes: bool) -> None:
-    how = BehaviourConfig(cyclist=0.8, door=0.5, leader=0.4, intersection=intersection)
+@pytest.mark.parametrize("street", [{}, {"intersection": 1.0}, {"curve": 1.0}])
+def test_no_vehicle_drives_through_another_or_through_a_door(street: dict[str, float], brakes: bool) -> None:
+    how = BehaviourConfig(cyclist=0.8, door=0.5, leader=0.4, **street)
     for seed in (*range(12), 18, 27, 29, 46, 61, 70, 71, 72, 77):
         assert overlaps(seed, TrafficConfig(behaviour=how), brakes=brakes) == [], seed
 
