@@ -17,6 +17,7 @@ from eval.detectors import DetectorSpec, load_detector, resolve_detectors
 from eval.provenance import provenance
 from eval.statistics import clustered_bootstrap
 from eval.store import prepare_folder, write_json, write_rows
+from eval.strata import strata
 from pedcross_env.config import require
 from pedcross_env.errors import ConfigError, DataError, unknown_name
 
@@ -65,12 +66,14 @@ class BenchmarkReport:
     """What a call of ``benchmark`` found.
 
     Attributes:
-        clips: One row per clip: detector, subset, modality, video, start_frame, label, p.
+        clips: One row per clip: detector, subset, modality, video, start_frame, frames, label, p.
         table: One row per detector and subset, see ``score_table``.
+        strata: AUROC by speed and distance, see ``eval.strata``; empty for data without a manifest.
     """
 
     clips: list[dict[str, Any]]
     table: list[dict[str, Any]]
+    strata: list[dict[str, Any]]
 
 
 @dataclass(slots=True)
@@ -100,7 +103,7 @@ def benchmark(
     specs: Sequence[DetectorSpec] | None = None,
     loader: Loader = load_detector,
 ) -> BenchmarkReport:
-    """Score detectors and write ``clips.parquet``, ``offline.parquet``, ``benchmark.json``.
+    """Score detectors and write ``clips.parquet``, ``offline.parquet``, ``strata.parquet``, ``benchmark.json``.
 
     Args:
         config: Settings.
@@ -135,10 +138,12 @@ def benchmark(
         clips += rows
         scores = score_table(rows, spec, subset, config) | _energy(detector, tally.example_clips)
         table.append(scores | tally.counts() | {"ms_per_clip": spent_ms})
+    by_stratum = strata(clips, config.data / "manifest.parquet", seed=config.seed)
     write_rows(config.out / "clips.parquet", clips)
     write_rows(config.out / "offline.parquet", table)
+    write_rows(config.out / "strata.parquet", by_stratum)
     write_json(config.out / "benchmark.json", _provenance(config, specs))
-    return BenchmarkReport(clips, table)
+    return BenchmarkReport(clips, table, by_stratum)
 
 
 def score_table(
@@ -265,6 +270,7 @@ def _score_video(
                 "modality": spec.modality,
                 "video": video.name,
                 "start_frame": int(video.numbers[starts[i]]),
+                "frames": frames,
                 "label": int(labels[i]),
                 "p": float(value),
             }

@@ -11,7 +11,14 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from eval.report.figures import FIGURES
 from eval.report.results import Results, read_results
-from eval.report.tables import checkpoint_table, closed_loop_tables, offline_table, pair_table, verdict_table
+from eval.report.tables import (
+    checkpoint_table,
+    closed_loop_tables,
+    offline_table,
+    pair_table,
+    strata_table,
+    verdict_table,
+)
 from eval.report.words import choice_of_crossings, group_title, played_seeds, summary_sentences, warnings
 from pedcross_env.errors import ConfigError
 
@@ -51,6 +58,7 @@ def build_report(out: Path) -> Path:
         warnings=warnings(results),
         samples=_samples(results),
         offline=offline_table(results),
+        strata=strata_table(results),
         loops=closed_loop_tables(results),
         pairs=pair_table(results),
         verdicts=verdict_table(results),

@@ -26,6 +26,7 @@ class Results:
         folder: Where it came from.
         clips: Rows of clips.parquet.
         offline: Rows of offline.parquet.
+        strata: Rows of strata.parquet.
         episodes: Rows of episodes.parquet.
         closed_loop: ``summarise`` of them.
         pairs: ``compare`` of them.
@@ -37,6 +38,7 @@ class Results:
     folder: Path
     clips: list[Row]
     offline: list[Row]
+    strata: list[Row]
     episodes: list[Row]
     closed_loop: list[Row]
     pairs: list[Row]
@@ -79,6 +81,7 @@ def read_results(folder: Path) -> Results:
         folder=folder,
         clips=read_rows(folder / "clips.parquet"),
         offline=offline,
+        strata=read_rows(folder / "strata.parquet"),
         episodes=episodes,
         closed_loop=summarise(episodes),
         pairs=compare(episodes),

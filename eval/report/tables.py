@@ -10,7 +10,14 @@ from eval.report.paper import paper_energy, paper_score
 from eval.report.results import Results
 from eval.verdicts import by_scenario
 
-__all__ = ["checkpoint_table", "closed_loop_tables", "offline_table", "pair_table", "verdict_table"]
+__all__ = [
+    "checkpoint_table",
+    "closed_loop_tables",
+    "offline_table",
+    "pair_table",
+    "strata_table",
+    "verdict_table",
+]
 
 Row = dict[str, Any]
 
@@ -53,6 +60,31 @@ def offline_table(results: Results) -> list[Row]:
             }
         )
     return rows
+
+
+def strata_table(results: Results) -> Row:
+    """AUROC by speed and by distance: one column per stratum, one row per detector; empty without a manifest."""
+    if not results.strata:
+        return {}
+    detectors = list(dict.fromkeys(row["detector"] for row in results.strata))
+    cells: dict[str, list[Row]] = {name: [] for name in detectors}
+    for row in results.strata:
+        cells[row["detector"]].append(
+            {
+                "auroc": number(row["auroc"]),
+                "note": f"{interval(row['auroc_low'], row['auroc_high'])} {row['positives']}".strip(),
+            }
+        )
+    columns = [_stratum(row) for row in results.strata if row["detector"] == detectors[0]]
+    return {"columns": columns, "rows": [{"detector": name, "cells": cells[name]} for name in detectors]}
+
+
+def _stratum(row: Row) -> str:
+    scale, unit = (3.6, "km/h") if row["by"] == "speed_mps" else (1.0, "m")
+    low, high = (f"{scale * row[end]:.0f}" for end in ("from", "to"))
+    if row["from"] == 0:
+        return f"below {high} {unit}"
+    return f"from {low} {unit}" if math.isinf(row["to"]) else f"{low} to {high} {unit}"
 
 
 def closed_loop_tables(results: Results) -> list[Row]:

@@ -1,5 +1,6 @@
 import dataclasses
 import re
+import shutil
 from html.parser import HTMLParser
 
 import cv2
@@ -16,7 +17,7 @@ from eval.report.format import interval, kmh, number, p_value, percent
 from eval.report.paper import paper_energy, paper_score
 from eval.report.results import read_results
 from eval.report.words import choice_of_crossings, played_seeds, summary_sentences, warnings
-from eval.store import write_json
+from eval.store import write_json, write_rows
 from pedcross_env.errors import DataError
 
 NAMES = ("sharp", "blind", "jumpy")
@@ -142,6 +143,31 @@ def test_the_networks_scores_on_their_own_test_videos_are_told(results):
         "On the 2 videos that its own training kept apart, each network has an AUROC of 0.503 to 0.812, the "
         "highest sharp."
     ]
+
+
+def test_where_detectors_see_is_shown_where_it_is_known(results, page, tmp_path):
+    assert "Where they see" not in page.text
+    whole = shutil.copytree(results, tmp_path / "whole")
+    score = {"clips": 9, "positives": 4, "auroc": 0.66, "auroc_low": 0.5, "auroc_high": 0.8}
+    empty = {
+        "clips": 0,
+        "positives": 0,
+        "auroc": float("nan"),
+        "auroc_low": float("nan"),
+        "auroc_high": float("nan"),
+    }
+    write_rows(
+        whole / "strata.parquet",
+        [
+            {"detector": "sharp", "by": "speed_mps", "from": 4.0, "to": 8.0, **score},
+            {"detector": "sharp", "by": "distance_m", "from": 32.0, "to": float("inf"), **empty},
+        ],
+    )
+    text = Page(build_report(whole).read_text()).text
+    assert "Where they see" in text
+    assert "14 to 29 km/h" in text
+    assert "0.66[0.50, 0.80] 4" in text
+    assert "from 32 m" in text
 
 
 def test_a_choice_of_crossings_is_told(results):
