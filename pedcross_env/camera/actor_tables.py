@@ -53,7 +53,7 @@ class ActorTables:
         self._known: dict[bytes, tuple[np.ndarray, ...]] = {}
 
     def of(self, actors: np.ndarray) -> Cast:
-        """Return the tables of (N,) ACTOR_DTYPE; all but the numbers are shared between calls."""
+        """Return the tables of (N,) ACTOR_DTYPE; all but the numbers are shared between calls that show the same actors."""
         numbers = np.empty((len(actors), len(NUMBERS)))
         for k, name in enumerate(NUMBERS):
             numbers[:, k] = actors[name]

@@ -69,7 +69,7 @@ def beam_place(pose: CameraPose, vehicle: np.ndarray) -> np.ndarray:
     return np.concatenate([_turned(pose.rotation, axis) for axis in (place, forward, left, upright)])
 
 
-def _turned(rotation: np.ndarray, vector: np.ndarray | list[float] | tuple[float, ...]) -> np.ndarray:
+def _turned(rotation: np.ndarray, vector: np.ndarray | list[float] | tuple[float, ...]) -> list[float]:
     """Turn a vector without BLAS, whose sums differ between machines."""
     x, y, z = (float(v) for v in vector)
-    return np.asarray(rotation[:, 0] * x + rotation[:, 1] * y + rotation[:, 2] * z)
+    return [right * x + down * y + ahead * z for right, down, ahead in rotation.tolist()]

@@ -61,7 +61,7 @@ class Glare:
         """Add glare in place.
 
         Args:
-            out: (C, H, W) radiance, C = 3, or luminance, C = 1.
+            out: (C, H, W) radiance, C = 3, or C = 1: ``luminance`` itself.
             luminance: (H, W).
             alpha: (H, W) share of each pixel that objects cover, the ground and the sky left out.
             pose: Of the camera.

@@ -13,6 +13,9 @@ from pedcross_env.optics import distort, undistort
 __all__ = ["CameraPose", "camera_pose", "project", "rays"]
 
 
+Axis = tuple[float, float, float]
+
+
 @dataclass(frozen=True, slots=True)
 class CameraPose:
     """A camera in the world.
@@ -51,29 +54,30 @@ def camera_pose(config: CameraConfig, ego: np.ndarray) -> CameraPose:
         The pose.
     """
     heading, body = float(ego["yaw"]), float(ego["pitch"])
-    ahead = np.array(
-        [math.cos(body) * math.cos(heading), math.cos(body) * math.sin(heading), -math.sin(body)]
-    )
-    left = np.array([-math.sin(heading), math.cos(heading), 0.0])
-    above = np.array([math.sin(body) * math.cos(heading), math.sin(body) * math.sin(heading), math.cos(body)])
-    foot = np.array([float(ego["x"]), float(ego["y"]), float(ego["z"])])
-    origin = foot + config.mount_x_m * ahead + config.mount_y_m * left + config.mount_z_m * above
-    yaw, pitch, roll = (math.radians(a) for a in (config.yaw_deg, config.pitch_deg, config.roll_deg))
-    ahead, left = math.cos(yaw) * ahead + math.sin(yaw) * left, math.cos(yaw) * left - math.sin(yaw) * ahead
-    ahead, above = (
-        math.cos(pitch) * ahead - math.sin(pitch) * above,
-        math.cos(pitch) * above + math.sin(pitch) * ahead,
-    )
-    left, above = (
-        math.cos(roll) * left + math.sin(roll) * above,
-        math.cos(roll) * above - math.sin(roll) * left,
-    )
+    cos, sin, cos_body, sin_body = math.cos(heading), math.sin(heading), math.cos(body), math.sin(body)
+    ahead, left = (cos_body * cos, cos_body * sin, -sin_body), (-sin, cos, 0.0)
+    above = (sin_body * cos, sin_body * sin, cos_body)
+    foot = float(ego["x"]), float(ego["y"]), float(ego["z"])
+    x, y, z = config.mount_x_m, config.mount_y_m, config.mount_z_m
+    origin = [foot[k] + x * ahead[k] + y * left[k] + z * above[k] for k in range(3)]
+    ahead, left = _rotated(ahead, left, config.yaw_deg)
+    above, ahead = _rotated(above, ahead, config.pitch_deg)
+    left, above = _rotated(left, above, config.roll_deg)
     across, down = config.principal_point
     return CameraPose(
-        origin, np.stack([-left, -above, ahead]), config.focal_px,
+        np.array(origin), np.array([[-v for v in left], [-v for v in above], ahead]), config.focal_px,
         across * config.width_px, down * config.height_px, config.width_px, config.height_px,
         config.lens, config.distortion,
     )  # fmt: skip
+
+
+def _rotated(first: Axis, second: Axis, angle_deg: float) -> tuple[Axis, Axis]:
+    """Turn two axes by an angle from the first towards the second."""
+    if angle_deg == 0.0:
+        return first, second
+    c, s = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
+    (x, y, z), (p, q, r) = first, second
+    return (c * x + s * p, c * y + s * q, c * z + s * r), (c * p - s * x, c * q - s * y, c * r - s * z)
 
 
 def project(pose: CameraPose, points: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.actor_tables import ActorTables, Cast
+from pedcross_env.camera.actor_tables import ActorTables
 from pedcross_env.camera.environment import beam_place, constant_environment, environment, others_beams
 from pedcross_env.camera.free import draw_ground_freely, horizon_line
 from pedcross_env.camera.glare import Glare
@@ -14,12 +14,6 @@ from pedcross_env.camera.kernels.finish import finish_frame
 from pedcross_env.camera.kernels.ground import draw_ground_and_sky
 from pedcross_env.camera.kernels.mirror import GRID_PLANES, mirror_in_road
 from pedcross_env.camera.kernels.scene import draw_scene
-from pedcross_env.camera.kernels.shadows import (
-    CAPSULES_PER_ACTOR,
-    MAX_EDGES,
-    POLYGONS_PER_ACTOR,
-    cast_shadows,
-)
 from pedcross_env.camera.layout import GroundTables, ground_tables, scenery_for
 from pedcross_env.camera.lens import lens_of
 from pedcross_env.camera.light import (
@@ -40,16 +34,15 @@ from pedcross_env.camera.scenery import (
     Scenery,
     crown_textures,
     grain_integral,
-    sun_shear,
-    tree_shadow_capsules,
 )  # fmt: skip
 from pedcross_env.camera.shade import Shade
 from pedcross_env.camera.sky import Sky
 from pedcross_env.camera.snow import snowed
 from pedcross_env.camera.spray import Spray
+from pedcross_env.camera.stage import Stage
 from pedcross_env.camera.tunnel import Tunnel, cleared, require_straight
 from pedcross_env.config import CameraConfig
-from pedcross_env.contracts import Frame, Snapshot, StaticClass
+from pedcross_env.contracts import Frame, Snapshot
 from pedcross_env.errors import ConfigError
 from pedcross_env.scenario.street import StreetSpec
 from pedcross_env.weather.road import film_slope
@@ -58,7 +51,6 @@ from pedcross_env.weather.weather import Weather
 __all__ = ["Renderer"]
 
 LAMP_RANGE_M = 90.0
-FURNITURE_RANGE_M, FURNITURE_FADE_M = 85.0, 30.0
 CARRIED_M = 1.2  # how far bags, umbrellas and strollers reach beyond a body
 MOST_YAW_DEG = 6.0  # of the mount, for the ground kernel that works by rows
 
@@ -119,10 +111,8 @@ class Renderer:
         self._weather, self._street = weather, street
         self._constant = constant_environment(self._light, weather)
         self._actors = ActorTables(weather.rain_mm_h > 0)
-        self._tree_shadows = tree_shadow_capsules(self._scenery.tree_shadows, self._light.sun_direction)
-        if self._light.sun_lx.sum() <= 0:
-            self._tree_shadows = self._tree_shadows[:0]
         self._shade = Shade(self._scenery, self._light)
+        self._stage = Stage(self._scenery, self._shade, self._light, self._actors)
         self._grain = grain_integral()
         self._vehicles, self._materials = (
             model_table().arrays,
@@ -131,8 +121,7 @@ class Renderer:
         levels, columns = crown_textures(), self._buf.shape[1]
         nodes, row = levels[0].shape[1:]
         self._crowns = (
-            levels, np.zeros((2, row)), np.zeros(row, np.float32), np.zeros(nodes, np.float32),
-            np.empty(columns, np.int64), np.empty((3, columns), np.float32), np.empty((3, 4)),
+            levels, np.zeros(row, np.float32), np.zeros(nodes, np.float32), np.empty(columns, np.uint64), np.empty((3, columns), np.float32), np.empty((3, 4)),
         )  # fmt: skip
         across = (self._scenery.across_low, ACROSS_TEXEL_M)
         tables = [
@@ -181,9 +170,6 @@ class Renderer:
         channels = 1 if luminance_only else 3
         shape = (self._view.height_px, self._view.width_px)
         out = np.zeros((channels, *shape), np.float32)
-        self._alpha.fill(0)
-        self._nearest.fill(0)
-        cast = self._actors.of(snapshot.actors)
         constant = self._constant if light is self._light else constant_environment(light, self._weather)
         env = environment(constant, pose, snapshot.ego, light)
         lamps = self._lamps(pose, scenery, light)
@@ -197,15 +183,14 @@ class Renderer:
         if owners:
             self._weight.fill(0)
         planes = (out, self._alpha, self._nearest, self._weight, depth, ids)
-        everything, lit = self._with_props(cast, camera)
+        cast, sunlit, shadows = self._stage.at(snapshot, camera)
         draw_scene(
-            *everything,
+            *cast,
             self._vehicles, self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
             rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], planes, owners,
-            (lit, self._shade.groups, self._shade.panels), self._buf,
+            (sunlit, self._shade.groups, self._shade.panels), self._buf,
         )  # fmt: skip
-        polygons, info, capsules = self._shadows(cast, snapshot.ego, camera, light)
-        shadows, rest = (polygons, info, capsules), (out, self._alpha, self._weight, depth, ids)
+        rest = (out, self._alpha, self._weight, depth, ids)
         lights = (self._ground_map, scenery.ground_frame, beams, self._table)
         if self._free is not None:
             draw_ground_freely(pose, env, self._free, shadows, lights, self._xs, rest, self._buf)
@@ -218,13 +203,13 @@ class Renderer:
             )  # fmt: skip
         self._sky.add_clouds(out, self._alpha, pose, env, light)
         self._mirror_in_road(pose, out, depth, ids, light)
-        luminance = out[0].copy() if luminance_only else np.empty(shape, np.float32)
+        luminance, colour = (out[0], out[:0]) if luminance_only else (np.empty(shape, np.float32), out)
         if owners:
-            finish_frame(out, depth, luminance)
+            finish_frame(colour, depth, luminance)
             head = (env, self._table, self._weather.extinction_per_m)
-            self._spray.add(out[:0] if luminance_only else out, luminance, depth, snapshot, pose, light, head)
+            self._spray.add(colour, luminance, depth, snapshot, pose, light, head)
         if self._tunnel is not None:
-            self._tunnel.enclose(out, luminance, depth, ids, pose, light)
+            self._tunnel.enclose(colour, luminance, depth, ids, pose, light)
         self._glare.add(out, luminance, self._alpha, pose, self._light)
         frame = Frame(luminance, out, depth, ids, light.airlight)
         if luminance_only:
@@ -305,52 +290,6 @@ class Renderer:
             out, inverse, ids, self._alpha, horizon, tilt, pose.focal_px, pose.origin[2], film, unknown.astype(np.float32),
             *self._mirror,
         )  # fmt: skip
-
-    def _with_props(self, cast: Cast, camera: np.ndarray) -> tuple[Cast, np.ndarray]:
-        """Add roofs and the furniture near by, which shrinks to nothing at the limit rather than pop up.
-
-        Returns:
-            All of them, and the share of each that the sun reaches.
-        """
-        lit = self._shade.on_actors(cast.numbers)
-        if self._scenery is None or len(self._scenery.props.numbers) == 0:
-            return cast, lit
-        props = self._scenery.props
-        away = np.sqrt((props.numbers[:, 0] - camera[0]) ** 2 + (props.numbers[:, 1] - camera[1]) ** 2)
-        scale = np.clip((FURNITURE_RANGE_M - away) / FURNITURE_FADE_M, 0.0, 1.0)
-        scale[props.idents[:, 0] == StaticClass.BUILDING] = 1.0
-        seen = scale > 0
-        static = props.numbers[seen]
-        static[:, 6:9] *= scale[seen, None]
-        everything = Cast(
-            np.concatenate([cast.numbers, static]), np.concatenate([cast.idents, props.idents[seen]]),
-            np.concatenate([cast.looks, props.looks[seen]]), cast.builds, cast.bodies,
-        )  # fmt: skip
-        return everything, np.concatenate([lit, self._shade.props[seen]])
-
-    def _shadows(
-        self, cast: Cast, ego: np.ndarray, camera: np.ndarray, light: Light
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Cast the shadows of houses, actors, the ego and the trees near by."""
-        own = self._actors.of(ego.reshape(1))
-        numbers, kinds, builds = (
-            np.concatenate([cast.numbers, own.numbers]),
-            np.concatenate([cast.idents[:, 1], own.idents[:, 1]]),
-            np.concatenate([cast.builds, own.builds]),
-        )
-        trees = self._tree_shadows[np.abs(self._tree_shadows[:, 0] - camera[0]) < 90.0]
-        houses = self._shade.near(camera)
-        most = len(houses[0]) + POLYGONS_PER_ACTOR * len(numbers)
-        polygons, info = np.zeros((most, MAX_EDGES, 3), np.float32), np.zeros((most, 8), np.float32)
-        polygons[: len(houses[0])], info[: len(houses[0])] = houses
-        capsules = np.zeros((CAPSULES_PER_ACTOR * len(numbers) + len(trees), 9), np.float32)
-        capsules[: len(trees)] = trees
-        sunny = bool(light.sun_lx[1] > 0)
-        shear = sun_shear(light.sun_direction) if sunny else (0.0, 0.0)
-        n, m = cast_shadows(
-            numbers, kinds, builds, shear, sunny, polygons, info, len(houses[0]), capsules, len(trees)
-        )  # fmt: skip
-        return polygons[:n], info[:n], capsules[:m]
 
     def _lamps(self, pose: CameraPose, scenery: Scenery, light: Light) -> np.ndarray:
         if light.lamp_lx.sum() <= 0:

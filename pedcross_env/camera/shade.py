@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.shade import sunlit_shares
+from pedcross_env.camera.kernels.shade import sunlit_actors, sunlit_shares
 from pedcross_env.camera.kernels.shadows import MAX_EDGES
 from pedcross_env.camera.light import Light
 from pedcross_env.camera.scenery import Scenery, sun_shear
@@ -76,9 +76,10 @@ class Shade:
         Args:
             numbers: (N, 14) as kernels.scene.
         """
-        x, y, foot, height = numbers[:, 0], numbers[:, 1], numbers[:, 2], numbers[:, 8]
-        half = 0.5 * np.maximum(numbers[:, 6], numbers[:, 7])
-        return self._shares(np.stack([x, y, foot, foot + np.maximum(height, 0.1), half], axis=1))
+        shares = np.ones(len(numbers))
+        if len(self._walls):
+            sunlit_actors(self._walls, self._sun, numbers, shares)
+        return shares
 
     def _shares(self, places: np.ndarray) -> np.ndarray:
         shares = np.ones(len(places))

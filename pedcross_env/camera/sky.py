@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from pedcross_env.camera.clouds import cloud_texture
@@ -17,6 +19,23 @@ NODE_RAD = 0.017  # between nodes at which clouds are computed, at least four pi
 SUN_SHARE = 0.6  # of the sun's own colour in that of clouds
 
 
+@dataclass(slots=True)
+class _Nodes:
+    """What clouds add, (C, rows, columns), in which rows that is known, and for which view and light."""
+
+    values: np.ndarray
+    known: np.ndarray
+    rotation: bytes = b""
+    light: Light | None = None
+
+    def turn(self, rotation: np.ndarray, light: Light | None) -> None:
+        """Forget what was known of another view or light."""
+        view = rotation.tobytes()
+        if view != self.rotation or light is not self.light:
+            self.known[:] = 0
+            self.rotation, self.light = view, light
+
+
 class Sky:
     """Adds a weather's clouds to pictures of one camera.
 
@@ -27,13 +46,18 @@ class Sky:
     def __init__(self, camera: CameraConfig) -> None:
         self._step = max(4, int(NODE_RAD * camera.focal_px))
         rows, columns = camera.height_px // self._step + 2, camera.width_px // self._step + 2
-        self._nodes = {c: np.zeros((c, rows, columns), np.float32) for c in (1, 3)}
+        # clouds are infinitely far: what the nodes hold lasts until the view turns or the light changes
+        self._nodes = {
+            c: _Nodes(np.zeros((c, rows, columns), np.float32), np.zeros(rows, np.uint8)) for c in (1, 3)
+        }
         self._work = np.zeros(columns, np.float32), np.zeros(camera.width_px, np.float32), np.zeros(2)
         self._texture: np.ndarray | None = None
 
     def load(self, weather: Weather, seed: int) -> None:
         """Take a weather's cloudiness; the clouds' shapes follow from ``seed``."""
         self._texture = cloud_texture(weather.cloudiness, seed) if weather.cloudiness > 0 else None
+        for nodes in self._nodes.values():
+            nodes.light = None
 
     def add_clouds(
         self, out: np.ndarray, alpha: np.ndarray, pose: CameraPose, env: np.ndarray, light: Light
@@ -44,15 +68,8 @@ class Sky:
         sun = float((light.sun_lx * LUMA).sum())
         white = np.ones(3) if sun <= 0 else (1 - SUN_SHARE) + SUN_SHARE * light.sun_lx / sun
         optics = (pose.focal_px, pose.cx, pose.cy)
+        nodes = self._nodes[len(out)]
+        nodes.turn(pose.rotation, light)
         add_clouds(
-            out,
-            alpha,
-            self._texture,
-            white,
-            pose.rotation,
-            env,
-            optics,
-            self._step,
-            self._nodes[len(out)],
-            self._work,
-        )
+            out, alpha, self._texture, white, pose.rotation, env, optics, self._step, nodes.values, nodes.known, self._work
+        )  # fmt: skip

@@ -173,12 +173,13 @@ def grain_row(sums, x0, x1, texel, line):
 
 @kernel
 def _edges(line, start, step, out):
-    mask = line.shape[0] - 2
+    mask = np.uint32(line.shape[0] - 2)  # unsigned: numba lets a negative index count from the end
     for k in range(out.shape[0]):
-        p = start + k * step
-        whole = math.floor(p)
-        i = int(whole) & mask
-        out[k] = line[i] + np.float32(p - whole) * (line[i + 1] - line[i])
+        p = start + step * np.float32(np.int32(k))
+        whole = np.floor(p)
+        i = np.uint32(np.int32(whole)) & mask
+        low = line[i]
+        out[k] = low + (p - whole) * (line[i + np.uint32(1)] - low)
 
 
 @kernel
@@ -201,7 +202,8 @@ def grain_columns(line, mean, y0, dy, texel, first, edges, out):
         edges: (>= n + 1,) work space.
         out: (n,) filled.
     """
-    n = out.shape[0]
+    n, size = out.shape[0], line.shape[0] - 1
     step = dy / texel
-    _edges(line, y0 / texel + first * step, step, edges[: n + 1])
+    start = y0 / texel + first * step
+    _edges(line, np.float32(start - size * math.floor(start / size)), np.float32(step), edges[: n + 1])
     _slope(edges[:n], edges[1 : n + 1], mean, np.float32(1.0 / step), out)

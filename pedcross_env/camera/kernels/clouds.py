@@ -88,7 +88,7 @@ def _add_row(line, step, first, last, free, plane):
 
 
 @entry
-def add_clouds(out, alpha, texture, white, rotation, env, optics, step, nodes, work):
+def add_clouds(out, alpha, texture, white, rotation, env, optics, step, nodes, known, work):
     """Add clouds to the sky.
 
     Args:
@@ -100,7 +100,8 @@ def add_clouds(out, alpha, texture, white, rotation, env, optics, step, nodes, w
         env: (ENV_SIZE,) see kernels.lighting.
         optics: Focal length, cx, cy.
         step: Pixels between nodes.
-        nodes: (C, H // step + 2, W // step + 2) work space.
+        nodes: (C, H // step + 2, W // step + 2), filled where they are needed and not known.
+        known: (H // step + 2,) uint8, which of their rows hold this light and rotation's values.
         work: (W // step + 2,) and (W,) float32 and (2,) float64 work space.
     """
     channels, height, width = out.shape
@@ -111,17 +112,16 @@ def add_clouds(out, alpha, texture, white, rotation, env, optics, step, nodes, w
     middle = cy - focal * rotation[2, 2] / rotation[1, 2]
     lowest = max(middle - tilt * cx, middle + tilt * (width - cx))
     rows = min(height, int(lowest) + 1)
-    done = -1
     for row in range(rows):
         a, b = free_row(alpha[row], free)
         if b <= a:
             continue
         at = (row + 0.5) / step
         k = int(at)
-        while done < k + 1:
-            done += 1
-            if done >= k:
-                _node_row(texture, white, rotation, env, optics, done * step + 0.0, step, found, nodes, done)
+        for j in range(k, k + 2):
+            if known[j] == 0:
+                _node_row(texture, white, rotation, env, optics, j * step + 0.0, step, found, nodes, j)
+                known[j] = 1
         part = np.float32(at - k)
         for c in range(channels):
             _between_rows(nodes[c, k], nodes[c, k + 1], part, line)

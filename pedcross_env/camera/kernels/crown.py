@@ -1,7 +1,7 @@
 """Crowns of trees and bushes: textures of leaves that face the camera.
 
 A crown is far finer than a pixel nearly everywhere. It is drawn from a texture made once (see scenery.foliage) by its exact mean
-over each pixel, from running sums, so that a picture is the mean of any finer one. For the same reason the light on its leaves
+over each pixel: whole texels down a row of pixels, running sums along it. So a picture is the mean of any finer one. For the same reason the light on its leaves
 is linear in what the texture holds: the light on the mean leaf is the mean of the light on the leaves.
 """
 
@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import entry, kernel
+from pedcross_env.camera.kernels.jit import entry, inlined, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM_POSITION,
     ENV_BEAM_TINT,
@@ -103,7 +103,7 @@ def _edges_of_columns(start, step, size, nodes, weights):
         start: Texels, the first edge.
         step: Texels per column.
         size: Texels along a row.
-        nodes: (E,) int64, filled.
+        nodes: (E,) uint64, filled; unsigned, since numba lets a negative index count from the end.
         weights: (3, >= E) float32, filled.
     """
     for i in range(nodes.shape[0]):
@@ -111,7 +111,7 @@ def _edges_of_columns(start, step, size, nodes, weights):
         node = int(x)
         f = x - node
         left, right = 0.5 * (1.0 - f) * (1.0 - f), 0.5 * f * f
-        nodes[i] = node
+        nodes[i] = np.uint64(node)
         weights[0, i], weights[1, i], weights[2, i] = (
             np.float32(left),
             np.float32(1.0 - left - right),
@@ -119,36 +119,42 @@ def _edges_of_columns(start, step, size, nodes, weights):
         )
 
 
+@inlined
+def _passed_share(u):
+    """Share of a texel above a line ``u`` texels below its upper edge, the line one texel wide; see ``_edges_of_columns``."""
+    u = min(max(u, -1.0), 1.0)
+    return 0.5 * (u + 1.0) * (u + 1.0) if u < 0.0 else 1.0 - 0.5 * (1.0 - u) * (1.0 - u)
+
+
 @kernel
-def _move_on(above, here, below, top, bottom, before, sums, added):
-    """Fill the sums up to a row, and what they have gained on those before: small, so that 32 bits do from here on."""
-    between = 1.0 - top - bottom
+def _set_rows(first, second, share, share2, added):
     for k in range(added.shape[0]):
-        now = top * above[k] + between * here[k] + bottom * below[k]
-        added[k] = np.float32(now - before[k])
-        sums[k] = now
+        added[k] = share * first[k] + share2 * second[k]
 
 
 @kernel
-def _sums_row(texture, row, low, high, before, sums, added):
-    """Fill the sums of the nodes ``low`` to ``high`` up to ``row``, texels; see ``_move_on``."""
+def _add_rows(first, second, share, share2, added):
+    for k in range(added.shape[0]):
+        added[k] += share * first[k] + share2 * second[k]
+
+
+@kernel
+def _sums_row(texture, top, bottom, low, high, added):
+    """Fill the sums along a row of pixels, which reaches from ``top`` to ``bottom`` (texels), at the nodes ``low`` to ``high``."""
     across = texture.shape[0]
-    x = min(max(row, -0.5), across - 2 * BORDER - 0.5) + (BORDER + 0.5)
-    j = int(x)
-    f = x - j
-    top, bottom = 0.5 * (1.0 - f) * (1.0 - f), 0.5 * f * f
-    for channel in range(TEXTURE_CHANNELS):
-        a, b = channel * across + low, channel * across + high
-        _move_on(
-            texture[j - 1, a:b],
-            texture[j, a:b],
-            texture[j + 1, a:b],
-            top,
-            bottom,
-            before[a:b],
-            sums[a:b],
-            added[a:b],
-        )
+    x0 = min(max(top, -0.5), across - 2 * BORDER - 0.5) + (BORDER + 0.5)
+    x1 = min(max(bottom, -0.5), across - 2 * BORDER - 0.5) + (BORDER + 0.5)
+    start, end = int(x0), int(x1) + 1
+    for row in range(start, end + 1, 2):
+        other = min(row + 1, end)
+        share = np.float32(_passed_share(x1 - row) - _passed_share(x0 - row))
+        share2 = F0 if other == row else np.float32(_passed_share(x1 - other) - _passed_share(x0 - other))
+        for channel in range(TEXTURE_CHANNELS):
+            a, b = channel * across + low, channel * across + high
+            if row == start:
+                _set_rows(texture[row, a:b], texture[other, a:b], share, share2, added[a:b])
+            else:
+                _add_rows(texture[row, a:b], texture[other, a:b], share, share2, added[a:b])
 
 
 @kernel
@@ -161,12 +167,13 @@ def _lit(light, tone, right, down, away, out):
 @kernel
 def _columns(line, nodes, left, middle, right, share, out):
     """Fill what of a row's ``line`` lies between the edges of each column, times ``share``."""
+    one = np.uint64(1)
     k = nodes[0]
-    last = left[0] * line[k - 1] + middle[0] * line[k] + right[0] * line[k + 1]
+    last = left[0] * line[k - one] + middle[0] * line[k] + right[0] * line[k + one]
     for i in range(out.shape[0]):
         e = i + 1
         k = nodes[e]
-        now = left[e] * line[k - 1] + middle[e] * line[k] + right[e] * line[k + 1]
+        now = left[e] * line[k - one] + middle[e] * line[k] + right[e] * line[k + one]
         out[i] = share * (now - last)
         last = now
 
@@ -202,8 +209,8 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     Args:
         crown: (9,) texture, centre (world), half width (negative: mirrored), half height (metres), albedo r, g, b.
         centre: (3,) camera coordinates.
-        textures: Running sums, ever coarser, see scenery.foliage, and work space: (2, 5 N) of two rows; (5 N,) and (N,) float32 of what a row adds; columns'
-            edges, (>= W + 1,) int64 and (3, >= W + 1) float32; (3, 4).
+        textures: Sums along rows, ever coarser, see scenery.foliage, and work space: (5 N,) float32 of a row of pixels and (N,) of its light; columns'
+            edges, (>= W + 1,) uint64 and (3, >= W + 1) float32; (3, 4).
         env: See kernels.lighting.
         lamps: (L, 3) camera coordinates.
         beams: (B, 13).
@@ -217,7 +224,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     focal, cx, cy = optics
     height, width = size
     planes, alpha, inverse = scratch
-    levels, sums, added, lit, nodes, weights, radiance = textures
+    levels, added, lit, nodes, weights, radiance = textures
     half_w, half_h = abs(crown[4]), crown[5]
     z = centre[2]
     # beside the camera a flat crown would turn into a wall: it thins out before
@@ -252,12 +259,10 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     nodes = nodes[: n + 1]
     _edges_of_columns(start, step, texels, nodes, weights)
     left, middle, right = weights[0], weights[1], weights[2]
-    low, high = min(nodes[0], nodes[n]) - 1, max(nodes[0], nodes[n]) + 2
-    _sums_row(leaves, top, low, high, sums[0], sums[1], added)
-    now = 0
+    ends = int(nodes[0]), int(nodes[n])
+    low, high = min(ends) - 1, max(ends) + 2
     for row in range(row0, row1):
-        _sums_row(leaves, top + fall * (row + 1 - row0), low, high, sums[1 - now], sums[now], added)
-        now = 1 - now
+        _sums_row(leaves, top + fall * (row - row0), top + fall * (row + 1 - row0), low, high, added)
         cover = alpha[row, a:b]
         _columns(added[:across], nodes, left, middle, right, share, cover)
         _settle_cover(cover, depth_inverse, inverse[row, a:b])

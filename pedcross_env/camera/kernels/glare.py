@@ -93,7 +93,7 @@ def sky_share(alpha, column, row, radius):
 
 @entry
 def add_sun_disc(out, luminance, alpha, column, row, radius, radiance):
-    """Draw a disc of ``radiance`` (3,) behind all objects; its rim is a pixel wide."""
+    """Draw a disc of ``radiance`` (3,) behind all objects, its rim a pixel wide; of one channel only ``luminance`` is changed."""
     height, width = luminance.shape
     channels = out.shape[0]
     luma = 0.2126 * radiance[0] + 0.7152 * radiance[1] + 0.0722 * radiance[2]
@@ -102,8 +102,9 @@ def add_sun_disc(out, luminance, alpha, column, row, radius, radiance):
             cover = min(1.0, max(0.0, radius + 0.5 - math.hypot(i + 0.5 - column, j + 0.5 - row)))
             cover *= max(0.0, 1.0 - alpha[j, i])
             luminance[j, i] += np.float32(cover * luma)
-            for c in range(channels):
-                out[c, j, i] += np.float32(cover * (radiance[c] if channels == 3 else luma))
+            if channels == 3:
+                for c in range(3):
+                    out[c, j, i] += np.float32(cover * radiance[c])
 
 
 @kernel
@@ -149,7 +150,7 @@ def add_veil(out, luminance, sources, count, strength, core, step, nodes, line):
     """Add the veil of ``count`` sources to (C, H, W) and to the luminance.
 
     Args:
-        out: Radiance, or luminance alone.
+        out: Radiance; of one channel it is left alone.
         luminance: (H, W).
         sources: (S, 5) as gather_sources fills them.
         count: How many of them there are.
@@ -162,26 +163,21 @@ def add_veil(out, luminance, sources, count, strength, core, step, nodes, line):
     channels = out.shape[0]
     height = luminance.shape[0]
     _spread(sources, count, channels, strength, core, step, nodes)
-    for j in range(height):
-        at = (j + 0.5) / step
-        k = int(at)
-        part = np.float32(at - k)
-        for c in range(channels):
-            _add_row(nodes[c, k], nodes[c, k + 1], part, step, line, out[c, j])
-    if channels == 3:  # the luminance of a sum is the sum of the luminances
-        for j in range(nodes.shape[1]):
+    if channels == 3:
+        for j in range(height):
+            at = (j + 0.5) / step
+            k = int(at)
+            part = np.float32(at - k)
+            for c in range(3):
+                _add_row(nodes[c, k], nodes[c, k + 1], part, step, line, out[c, j])
+        for j in range(nodes.shape[1]):  # the luminance of a sum is the sum of the luminances
             for i in range(nodes.shape[2]):
                 nodes[0, j, i] = (
                     np.float32(0.2126) * nodes[0, j, i]
                     + np.float32(0.7152) * nodes[1, j, i]
                     + np.float32(0.0722) * nodes[2, j, i]
                 )
-        for j in range(height):
-            at = (j + 0.5) / step
-            k = int(at)
-            _add_row(nodes[0, k], nodes[0, k + 1], np.float32(at - k), step, line, luminance[j])
-    else:
-        for j in range(height):
-            at = (j + 0.5) / step
-            k = int(at)
-            _add_row(nodes[0, k], nodes[0, k + 1], np.float32(at - k), step, line, luminance[j])
+    for j in range(height):
+        at = (j + 0.5) / step
+        k = int(at)
+        _add_row(nodes[0, k], nodes[0, k + 1], np.float32(at - k), step, line, luminance[j])

@@ -35,6 +35,7 @@ KERB = np.float32(0.26)  # albedo of the kerb's upright face
 LUMA_R, LUMA_G, LUMA_B = np.float32(0.2126), np.float32(0.7152), np.float32(0.0722)
 SUN, SKY, LAMP, BEAM, GRAIN, COVER, MARKS, PLANES = 3, 4, 5, 6, 7, 8, 9, 10  # rows of the work space
 FAR_M = 4000.0
+LEAST_FREE, BLOCK = np.float32(1e-4), 64
 
 
 @kernel
@@ -106,15 +107,27 @@ def _haze_row(value, free, plane):
 
 
 @kernel
+def _free_block(alpha, free):
+    """Fill shares; return how many are worth it. Integers add up in vectors, floats would not."""
+    count = np.int32(0)
+    for i in range(free.shape[0]):
+        free[i] = max(F0, F1 - alpha[i])
+        count += np.int32(free[i] >= LEAST_FREE)
+    return count
+
+
+@kernel
 def free_row(alpha, free):
     """Share of each pixel that objects left over; return the columns where there is any."""
     n = alpha.shape[0]
-    for i in range(n):
-        free[i] = max(F0, F1 - alpha[i])
-    a, b = 0, n
-    while a < b and free[a] < np.float32(1e-4):
+    a, b = n, 0
+    for first in range(0, n, BLOCK):
+        last = min(n, first + BLOCK)
+        if _free_block(alpha[first:last], free[first:last]) > 0:
+            a, b = min(a, first), last
+    while a < b and free[a] < LEAST_FREE:
         a += 1
-    while b > a and free[b - 1] < np.float32(1e-4):
+    while b > a and free[b - 1] < LEAST_FREE:
         b -= 1
     return a, b
 
@@ -229,6 +242,7 @@ def _ground_row(
                 polygons, polygon_info, capsules, np.float32(min(ends) - foot_x), np.float32(max(ends) + foot_x), xs[:n],
                 np.float32(x0 + dx * a), np.float32(dx), np.float32(y0 + dy * a), np.float32(dy),
                 (np.float32(camera[0]), np.float32(camera[1])), np.float32(foot_x), np.float32(abs(dy)), buf[SUN, :n], buf[SKY, :n],
+                buf[LAMP],
             )  # fmt: skip
             if lights_on:
                 place = (x0, dx, y0, dy)

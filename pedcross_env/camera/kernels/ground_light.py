@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import INT, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM,
     ENV_BEAM_POSITION,
@@ -35,36 +35,41 @@ def _edge_width(edge, x, y, eye, foot_x, foot_y, soft):
 
 
 @kernel
-def _polygon_shadow(shape, count, xs, x0, dx, y0, dy, eye, foot_x, foot_y, soft, strength, out):
+def _polygon_shadow(shape, count, xs, x0, dx, y0, dy, eye, foot_x, foot_y, soft, strength, ramps, out):
     """Darken ``out`` (share of light) under a convex polygon on the ground with soft edges.
 
     Along a row the distance to an edge is linear, so that where the row enters and leaves the edges' soft borders is known:
-    pixels between are dark as a whole, and only the borders are computed one by one.
+    pixels between are dark as a whole, and only the borders are computed one by one. A border is as wide as where the row
+    crosses its edge's middle.
     """
     n = xs.shape[0]
-    enters, leaves = xs[0], xs[n - 1]  # of the polygon's outer border, as columns' middles
-    inner, outer = enters, leaves  # and of its inner border
+    left, right = xs[0], xs[n - 1]
+    enters, leaves = left, right  # of the polygon's outer border, as columns' middles
+    inner, outer = left, right  # and of its inner border
+    used = INT(0)
     for k in range(count):
         a, b = shape[k, 0], shape[k, 1]
         start, slope = a * x0 + b * y0 + shape[k, 2], a * dx + b * dy
-        if abs(slope) * (xs[n - 1] - xs[0]) < np.float32(1e-6):
-            start += slope * xs[0]
-            half = HALF * _edge_width(shape[k], x0, y0, eye, foot_x, foot_y, soft)
+        level = abs(slope) * (right - left) < np.float32(1e-6)
+        at = left if level else min(right, max(left, -start / slope))
+        width = _edge_width(shape[k], x0 + dx * at, y0 + dy * at, eye, foot_x, foot_y, soft)
+        half = HALF * width
+        if level:
+            start, slope = start + slope * left, F0
             if start <= -half:
                 return
             if start < half:
-                inner, outer = xs[n - 1], xs[0]
-            continue
-        at = min(xs[n - 1], max(xs[0], -start / slope))
-        half = HALF * _edge_width(shape[k], x0 + dx * at, y0 + dy * at, eye, foot_x, foot_y, soft)
-        if slope > F0:
+                inner, outer = right, left
+        elif slope > F0:
             enters, inner = max(enters, (-half - start) / slope), max(inner, (half - start) / slope)
         else:
             leaves, outer = min(leaves, (-half - start) / slope), min(outer, (half - start) / slope)
+        ramps[used], ramps[used + 1] = slope / width, start / width + HALF
+        used += 2
     if enters > leaves:
         return
-    first, last = int(math.floor(enters - xs[0])), min(n, int(math.ceil(leaves - xs[0])) + 1)
-    full0, full1 = int(math.ceil(inner - xs[0])) + 1, int(math.floor(outer - xs[0]))
+    first, last = int(math.floor(enters - left)), min(n, int(math.ceil(leaves - left)) + 1)
+    full0, full1 = int(math.ceil(inner - left)) + 1, int(math.floor(outer - left))
     if full0 >= full1:
         full0 = full1 = last
     dark = F1 - strength
@@ -72,21 +77,11 @@ def _polygon_shadow(shape, count, xs, x0, dx, y0, dy, eye, foot_x, foot_y, soft,
         out[i] = min(out[i], dark)
     for part in range(2):
         i0, i1 = (first, full0) if part == 0 else (full1, last)
-        _polygon_border(
-            shape, count, xs[i0:i1], x0, dx, y0, dy, eye, foot_x, foot_y, soft, strength, out[i0:i1]
-        )
-
-
-@kernel
-def _polygon_border(shape, count, xs, x0, dx, y0, dy, eye, foot_x, foot_y, soft, strength, out):
-    for i in range(xs.shape[0]):
-        x, y = x0 + dx * xs[i], y0 + dy * xs[i]
-        cover = F1
-        for k in range(count):
-            width = _edge_width(shape[k], x, y, eye, foot_x, foot_y, soft)
-            away = shape[k, 0] * x + shape[k, 1] * y + shape[k, 2]
-            cover = min(cover, max(F0, min(F1, away / width + HALF)))
-        out[i] = min(out[i], F1 - strength * cover)
+        for i in range(i0, i1):
+            cover = F1
+            for k in range(0, used, 2):
+                cover = min(cover, ramps[k] * xs[i] + ramps[k + 1])
+            out[i] = min(out[i], F1 - strength * max(F0, cover))
 
 
 @kernel
@@ -108,9 +103,9 @@ def _capsule_shadow(shape, xs, x0, dx, y0, dy, foot_x, foot_y, strength, out):
 
 @kernel
 def shadow_row(
-    polygons, polygon_info, capsules, row_x0, row_x1, xs, x0, dx, y0, dy, eye, foot_x, foot_y, sun, sky
+    polygons, polygon_info, capsules, row_x0, row_x1, xs, x0, dx, y0, dy, eye, foot_x, foot_y, sun, sky, work
 ):
-    """Apply all shadows that reach this row to the shares of sunlight and skylight."""
+    """Apply all shadows that reach this row to the shares of sunlight and skylight; ``work`` (>= 2 MAX_EDGES,) is overwritten."""
     inv = F1 / dy
     low, high = min(row_x0, row_x1), max(row_x0, row_x1)
     for k in range(polygons.shape[0]):
@@ -136,6 +131,7 @@ def shadow_row(
                 foot_y,
                 info[5],
                 info[6],
+                work,
                 target[i0:i1],
             )
     for k in range(capsules.shape[0]):

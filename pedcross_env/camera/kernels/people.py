@@ -154,9 +154,8 @@ def draw_pedestrian(
     pose_body(actor[9], actor[10], actor[11], height, build, frames)
     _into_camera(actor, frames, rotation, camera, seen)
     middle = work[0]
-    for level in range(
-        2
-    ):  # street lamps change little over a body: lit at two heights, between them in proportion
+    # street lamps change little over a body: lit at two heights, between them in proportion
+    for level in range(2):
         for k in range(3):
             middle[k] = seen[3, 0, k] + (HEAD_Z if level else FEET_Z) * seen[3, 3, k]
         light_field(middle, env, lamps, beams, table, fields[level])
@@ -164,9 +163,8 @@ def draw_pedestrian(
     for k in range(3):
         work[4][k] = env[ENV_SUN_DIRECTION + k]
     p0, p1 = ends
-    for m in range(
-        body.shape[0]
-    ):  # always in the same order: a change of order could be seen where three parts meet
+    # always in the same order: a change of order could be seen where three parts meet
+    for m in range(body.shape[0]):
         if body[m, P_RADIUS] <= 0.0:
             break
         if tall_px <= body[m, P_FINE]:

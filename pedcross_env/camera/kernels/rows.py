@@ -228,7 +228,7 @@ def _over_colour(new, inverse_new, passed, red, green, blue, air, alpha, nearest
         blue[i] = F0
 
 
-@kernel
+@inlined
 def composite_row(scratch, row, a, b, beta, air, ident, frame, owners, buf):
     """Put an object's row onto the frame, fog applied, over what is nearer and under what is farther; clear it.
 

@@ -24,7 +24,7 @@ from pedcross_env.camera.kernels.lighting import (
 )  # fmt: skip
 from pedcross_env.camera.kernels.people import draw_pedestrian, people_work
 from pedcross_env.camera.kernels.polyhedra import polyhedron_work
-from pedcross_env.camera.kernels.rows import composite_row, mean_depths
+from pedcross_env.camera.kernels.rows import F0, composite_row, fill_row, mean_depths
 from pedcross_env.camera.kernels.vehicles import draw_vehicle, vehicle_work
 from pedcross_env.camera.kernels.visible import outline_walls, visible_parts, visible_work
 
@@ -256,17 +256,22 @@ def draw_scene(
         xs: (W,) pixel centres.
         size: (height, width).
         scratch: (planes (C, H, W), alpha, inverse depth), zeroed; zeroed again on return.
-        frame: (out (C, H, W), alpha, nearest, weight, depth inverse, ids).
+        frame: (out (C, H, W) with zeros, alpha, nearest, weight, depth inverse, ids).
         owners: Whether to fill the frame's last three.
         sunlit: Shares of (N,) actors, (G,) groups and (P,) panels that the sun reaches, see kernels.shade.
         buf: (24, W).
     """
     n, g = actors.shape[0], groups.shape[0]
+    for row in range(size[0]):
+        fill_row(F0, frame[1][row])
+        fill_row(F0, frame[2][row])
     keys = np.empty(n + g)
     for i in range(n + g):
         keys[i] = 1e9
     centre = np.empty(3)
     for i in range(n):
+        if actors[i, 6] <= 0.0:  # furniture too far away
+            continue
         _to_camera(rotation, camera, actors[i, 0], actors[i, 1], actors[i, 2] + 0.5 * actors[i, 8], centre)
         radius = 0.5 * math.sqrt(actors[i, 6] ** 2 + actors[i, 7] ** 2 + actors[i, 8] ** 2) * 1.1 + 0.3
         radius += 0.6 if idents[i, 1] != 1 else 0.0  # what a pedestrian carries or pushes

@@ -1,12 +1,36 @@
-"""How much of a standing thing the sun reaches over the houses."""
+"""How much of a standing thing the sun reaches over the houses, and how large furniture is drawn."""
 
 from __future__ import annotations
 
 import math
 
-from pedcross_env.camera.kernels.jit import entry
+from pedcross_env.camera.kernels.jit import entry, kernel
 
-__all__ = ["sunlit_shares"]
+__all__ = ["shrink_far", "sunlit_actors", "sunlit_shares"]
+
+
+@kernel
+def _sunlit_share(walls, sun, x, y, foot, top, half):
+    """Share of an upright thing that no wall shades; see ``sunlit_shares``."""
+    shaded = 0.0
+    for k in range(walls.shape[0]):
+        ex, ey = walls[k, 2] - walls[k, 0], walls[k, 3] - walls[k, 1]
+        dx, dy = walls[k, 0] - x, walls[k, 1] - y
+        turn = ex * sun[1] - ey * sun[0]  # sin of the angle between wall and ray, times the wall's length
+        if turn == 0.0:
+            continue
+        away = (ex * dy - ey * dx) / turn
+        if away <= 0.0 or away * sun[2] > walls[k, 4] - foot:
+            continue
+        length = math.sqrt(ex * ex + ey * ey)
+        along = (sun[0] * dy - sun[1] * dx) / turn * length
+        reach = half * length / abs(turn)  # the thing's width as the wall sees it
+        cover = min(along, length - along) / (2.0 * reach) + 1.0
+        if cover <= 0.0:
+            continue
+        high = (walls[k, 4] - away * sun[2] - foot) / (top - foot)
+        shaded = max(shaded, min(1.0, cover) * min(1.0, high))
+    return 1.0 - shaded
 
 
 @entry
@@ -24,23 +48,29 @@ def sunlit_shares(walls, sun, places, shares):
         shares: (N,) float64, filled: 1 in the sun, 0 in the shade.
     """
     for i in range(places.shape[0]):
-        x, y, foot, top, half = places[i, 0], places[i, 1], places[i, 2], places[i, 3], places[i, 4]
-        shaded = 0.0
-        for k in range(walls.shape[0]):
-            ex, ey = walls[k, 2] - walls[k, 0], walls[k, 3] - walls[k, 1]
-            dx, dy = walls[k, 0] - x, walls[k, 1] - y
-            turn = ex * sun[1] - ey * sun[0]  # sin of the angle between wall and ray, times the wall's length
-            if turn == 0.0:
-                continue
-            away = (ex * dy - ey * dx) / turn
-            if away <= 0.0 or away * sun[2] > walls[k, 4] - foot:
-                continue
-            length = math.sqrt(ex * ex + ey * ey)
-            along = (sun[0] * dy - sun[1] * dx) / turn * length
-            reach = half * length / abs(turn)  # the thing's width as the wall sees it
-            cover = min(along, length - along) / (2.0 * reach) + 1.0
-            if cover <= 0.0:
-                continue
-            high = (walls[k, 4] - away * sun[2] - foot) / (top - foot)
-            shaded = max(shaded, min(1.0, cover) * min(1.0, high))
-        shares[i] = 1.0 - shaded
+        p = places[i]
+        shares[i] = _sunlit_share(walls, sun, p[0], p[1], p[2], p[3], p[4])
+
+
+@entry
+def sunlit_actors(walls, sun, numbers, shares):
+    """Fill the same for actors, (N, 14) as kernels.scene."""
+    for i in range(shares.shape[0]):
+        a = numbers[i]
+        top = a[2] + max(a[8], 0.1)
+        shares[i] = _sunlit_share(walls, sun, a[0], a[1], a[2], top, 0.5 * max(a[6], a[7]))
+
+
+@entry
+def shrink_far(numbers, lasting, camera, range_m, fade_m, out):
+    """Copy furniture, (N, 14) as kernels.scene, that shrinks to nothing at ``range_m`` from the camera rather than pop up.
+
+    ``lasting`` (N,) is 1 for what keeps its size at any distance.
+    """
+    for i in range(out.shape[0]):
+        for k in range(out.shape[1]):
+            out[i, k] = numbers[i, k]
+        dx, dy = numbers[i, 0] - camera[0], numbers[i, 1] - camera[1]
+        scale = max(lasting[i], min(1.0, max(0.0, (range_m - math.sqrt(dx * dx + dy * dy)) / fade_m)))
+        for k in range(6, 9):
+            out[i, k] *= scale

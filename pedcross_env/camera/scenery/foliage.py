@@ -128,10 +128,10 @@ def _bare(rng: np.random.Generator) -> np.ndarray:
 
 
 def _running_sums(image: np.ndarray) -> np.ndarray:
-    """(N, C * N) sums of the texture above and left of each of its texels' corners, channel by channel in each row."""
+    """(N, C * N) sums of the texels left of each corner of theirs, channel by channel in each row."""
     wide = np.pad(image, ((BORDER + 1, BORDER), (BORDER + 1, BORDER), (0, 0)))
-    sums = wide.cumsum(axis=0).cumsum(axis=1)
-    return np.ascontiguousarray(sums.transpose(0, 2, 1)).reshape(len(wide), -1)
+    sums = wide.cumsum(axis=1)
+    return np.ascontiguousarray(sums.transpose(0, 2, 1), dtype=np.float32).reshape(len(wide), -1)
 
 
 @lru_cache(maxsize=1)
@@ -139,9 +139,9 @@ def crown_textures() -> tuple[np.ndarray, ...]:
     """Return all crowns.
 
     Returns:
-        LEVELS times (S, N, 5 * N) float64, N = texels along a side + 2 BORDER + 1, half as many texels each time: per crown, row,
-        channel and column the running sums of the cover, the tone, and the tone times the leaf's normal to the right,
-        downwards and away. Node BORDER is the texture's edge.
+        LEVELS times (S, N, 5 * N) float32, N = texels along a side + 2 BORDER + 1, half as many texels each time: per crown, row of
+        texels, channel and column the running sums along the row of the cover, the tone, and the tone times the leaf's normal to
+        the right, downwards and away. Row BORDER + 1 is the texture's first, column BORDER its edge.
     """
     makers = (_round, _round, _round, _columnar, _conifer, _bare, _bare)
     images = np.zeros((len(makers), SIZE, SIZE, TEXTURE_CHANNELS), np.float32)

@@ -1,0 +1,126 @@
+"""What a picture shows besides houses and trees: actors and the furniture near by, and the shadows on the ground around."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pedcross_env.camera.actor_tables import ActorTables, Cast
+from pedcross_env.camera.kernels.shade import shrink_far
+from pedcross_env.camera.kernels.shadows import (
+    CAPSULES_PER_ACTOR,
+    MAX_EDGES,
+    POLYGONS_PER_ACTOR,
+    cast_shadows,
+)
+from pedcross_env.camera.light import Light
+from pedcross_env.camera.scenery import Scenery, sun_shear, tree_shadow_capsules
+from pedcross_env.camera.shade import Shade
+from pedcross_env.contracts import ACTOR_DTYPE, Snapshot, StaticClass
+
+__all__ = ["Stage", "Staged"]
+
+CELL_M = 20.0  # of the street, for each of which what is near is picked once
+FURNITURE_RANGE_M, FURNITURE_FADE_M = 85.0, 30.0
+TREE_SHADOW_RANGE_M = 90.0
+
+
+class Staged(NamedTuple):
+    """One moment's tables for the kernels; arrays are reused by the next.
+
+    Attributes:
+        cast: Actors, then furniture and roofs.
+        sunlit: (N,) share of each that the sun reaches.
+        shadows: On the ground: polygons, their facts and capsules, see kernels.ground_light.
+    """
+
+    cast: Cast
+    sunlit: np.ndarray
+    shadows: tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+class _Near(NamedTuple):
+    """What is near one cell of the street, and who is shown with it: all that does not change from moment to moment."""
+
+    shown: np.ndarray
+    cast: Cast
+    props: np.ndarray
+    lasting: np.ndarray
+    sunlit: np.ndarray
+    polygons: np.ndarray
+    info: np.ndarray
+    capsules: np.ndarray
+    still: tuple[int, int]  # shadows of houses and of trees, which come first
+
+
+class Stage:
+    """Sets the stage of one street under one light.
+
+    Args:
+        scenery: The street's standing things.
+        shade: Of its houses.
+        light: Gives the sun.
+        actors: Makes tables of actors.
+    """
+
+    def __init__(self, scenery: Scenery, shade: Shade, light: Light, actors: ActorTables) -> None:
+        self._props, self._shade, self._actors = scenery.props, shade, actors
+        self._sunny = bool(light.sun_lx[1] > 0)
+        self._shear = sun_shear(light.sun_direction) if self._sunny else (0.0, 0.0)
+        self._trees = tree_shadow_capsules(scenery.tree_shadows, light.sun_direction)
+        if light.sun_lx.sum() <= 0:
+            self._trees = self._trees[:0]
+        self._known: dict[tuple[int, int], _Near] = {}
+
+    def at(self, snapshot: Snapshot, camera: np.ndarray) -> Staged:
+        """Return the tables of one moment.
+
+        Args:
+            snapshot: Ego and actors.
+            camera: (3,) its place.
+        """
+        # the ego is not seen from its own camera, but its shadow is
+        records = (
+            snapshot.actors.tobytes() + snapshot.ego.tobytes()
+        )  # a fortieth of the time numpy takes to join records
+        everyone = self._actors.of(np.frombuffer(records, ACTOR_DTYPE))
+        n = len(snapshot.actors)
+        cell = int(camera[0] // CELL_M), int(camera[1] // CELL_M)
+        near = self._known.get(cell)
+        if near is None or near.shown is not everyone.idents:
+            near = self._known[cell] = self._near(everyone, cell)
+        numbers, (houses, trees) = near.cast.numbers, near.still
+        numbers[:n] = everyone.numbers[:n]
+        shrink_far(near.props, near.lasting, camera, FURNITURE_RANGE_M, FURNITURE_FADE_M, numbers[n:])
+        near.sunlit[:n] = self._shade.on_actors(numbers[:n])
+        polygons, capsules = cast_shadows(
+            everyone.numbers, everyone.idents[:, 1], everyone.builds, self._shear, self._sunny, near.polygons, near.info, houses,
+            near.capsules, trees,
+        )  # fmt: skip
+        shadows = near.polygons[:polygons], near.info[:polygons], near.capsules[:capsules]
+        return Staged(near.cast, near.sunlit, shadows)
+
+    def _near(self, everyone: Cast, cell: tuple[int, int]) -> _Near:
+        props, n = self._props, len(everyone.idents) - 1
+        low = np.array(cell) * CELL_M
+        beyond = np.maximum(0.0, np.maximum(low - props.numbers[:, :2], props.numbers[:, :2] - low - CELL_M))
+        lasting = props.idents[:, 0] == StaticClass.BUILDING
+        seen = lasting | (np.hypot(beyond[:, 0], beyond[:, 1]) < FURNITURE_RANGE_M)
+        numbers = props.numbers[seen]
+        cast = Cast(
+            np.empty((n + len(numbers), props.numbers.shape[1])), np.concatenate([everyone.idents[:n], props.idents[seen]]),
+            np.concatenate([everyone.looks[:n], props.looks[seen]]), everyone.builds[:n], everyone.bodies[:n],
+        )  # fmt: skip
+        away = np.maximum(low[0] - self._trees[:, 0], self._trees[:, 0] - low[0] - CELL_M)
+        trees = self._trees[away < TREE_SHADOW_RANGE_M]
+        houses, house_info = self._shade.near(low)
+        most = len(houses) + POLYGONS_PER_ACTOR * (n + 1)
+        polygons, info = np.zeros((most, MAX_EDGES, 3), np.float32), np.zeros((most, 8), np.float32)
+        polygons[: len(houses)], info[: len(houses)] = houses, house_info
+        capsules = np.zeros((CAPSULES_PER_ACTOR * (n + 1) + len(trees), 9), np.float32)
+        capsules[: len(trees)] = trees
+        sunlit = np.concatenate([np.ones(n), self._shade.props[seen]])
+        return _Near(
+            everyone.idents, cast, numbers, lasting[seen].astype(np.float64), sunlit, polygons, info, capsules, (len(houses), len(trees)),
+        )  # fmt: skip
