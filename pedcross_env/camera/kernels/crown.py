@@ -138,23 +138,43 @@ def _add_rows(first, second, share, share2, added):
         added[k] += share * first[k] + share2 * second[k]
 
 
+@inlined
+def _place(row, across):
+    """Where an edge of a row of pixels (texels from the texture's edge) lies in its rows, a BORDER and a half added."""
+    return min(max(row, -0.5), across - 2 * BORDER - 0.5) + (BORDER + 0.5)
+
+
 @kernel
 def _sums_row(texture, top, bottom, low, high, added):
-    """Fill the sums along a row of pixels, which reaches from ``top`` to ``bottom`` (texels), at the nodes ``low`` to ``high``."""
+    """Fill the sums along a row of pixels, which reaches from ``top`` to ``bottom`` (see ``_place``), at nodes ``low`` to ``high``."""
     across = texture.shape[0]
-    x0 = min(max(top, -0.5), across - 2 * BORDER - 0.5) + (BORDER + 0.5)
-    x1 = min(max(bottom, -0.5), across - 2 * BORDER - 0.5) + (BORDER + 0.5)
-    start, end = int(x0), int(x1) + 1
+    start, end = int(top), int(bottom) + 1
     for row in range(start, end + 1, 2):
         other = min(row + 1, end)
-        share = np.float32(_passed_share(x1 - row) - _passed_share(x0 - row))
-        share2 = F0 if other == row else np.float32(_passed_share(x1 - other) - _passed_share(x0 - other))
+        share = np.float32(_passed_share(bottom - row) - _passed_share(top - row))
+        share2 = (
+            F0 if other == row else np.float32(_passed_share(bottom - other) - _passed_share(top - other))
+        )
         for channel in range(TEXTURE_CHANNELS):
             a, b = channel * across + low, channel * across + high
             if row == start:
                 _set_rows(texture[row, a:b], texture[other, a:b], share, share2, added[a:b])
             else:
                 _add_rows(texture[row, a:b], texture[other, a:b], share, share2, added[a:b])
+
+
+@kernel
+def _reached(bounds, top, bottom, start, step, n):
+    """Columns (of n) in which rows of texels have leaves."""
+    low, high = bounds.shape[0] + 0.0, 0.0
+    for row in range(int(top), int(bottom) + 2):
+        low, high = min(low, bounds[row, 0]), max(high, bounds[row, 1])
+    if high <= low:
+        return 0, 0
+    left, right = (low - BORDER - 1.0 - start) / step, (high - BORDER + 1.0 - start) / step
+    if step < 0.0:
+        left, right = right, left
+    return max(0, int(math.floor(max(left, -1.0)))), min(n, int(math.ceil(min(right, n + 1.0))))
 
 
 @kernel
@@ -209,7 +229,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     Args:
         crown: (9,) texture, centre (world), half width (negative: mirrored), half height (metres), albedo r, g, b.
         centre: (3,) camera coordinates.
-        textures: Sums along rows, ever coarser, see scenery.foliage, and work space: (5 N,) float32 of a row of pixels and (N,) of its light; columns'
+        textures: Sums along rows, ever coarser, and where they begin and end, see scenery.foliage; work space: (5 N,) float32 of a row of pixels and (N,) of its light; columns'
             edges, (>= W + 1,) uint64 and (3, >= W + 1) float32; (3, 4).
         env: See kernels.lighting.
         lamps: (L, 3) camera coordinates.
@@ -224,7 +244,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     focal, cx, cy = optics
     height, width = size
     planes, alpha, inverse = scratch
-    levels, added, lit, nodes, weights, radiance = textures
+    levels, bounds, added, lit, nodes, weights, radiance = textures
     half_w, half_h = abs(crown[4]), crown[5]
     z = centre[2]
     # beside the camera a flat crown would turn into a wall: it thins out before
@@ -236,7 +256,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     level, finer = 0, 0.5 * (levels[0].shape[1] - 2 * BORDER - 1) / rx
     while finer >= 2.0 * FINE and level < len(levels) - 1:
         level, finer = level + 1, 0.5 * finer
-    leaves = levels[level][int(crown[0])]
+    leaves, reach = levels[level][int(crown[0])], bounds[level][int(crown[0])]
     across = leaves.shape[0]
     texels = across - 2 * BORDER - 1
     row0, row1 = (
@@ -258,27 +278,35 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     n = b - a
     nodes = nodes[: n + 1]
     _edges_of_columns(start, step, texels, nodes, weights)
-    left, middle, right = weights[0], weights[1], weights[2]
-    ends = int(nodes[0]), int(nodes[n])
-    low, high = min(ends) - 1, max(ends) + 2
     for row in range(row0, row1):
-        _sums_row(leaves, top + fall * (row - row0), top + fall * (row + 1 - row0), low, high, added)
-        cover = alpha[row, a:b]
-        _columns(added[:across], nodes, left, middle, right, share, cover)
-        _settle_cover(cover, depth_inverse, inverse[row, a:b])
-        first, beyond = 0, n
+        above, below = (
+            _place(top + fall * (row - row0), across),
+            _place(top + fall * (row + 1 - row0), across),
+        )
+        c0, c1 = _reached(reach, above, below, start, step, n)
+        if c1 <= c0:
+            continue
+        edges = nodes[c0 : c1 + 1]
+        left, middle, right = weights[0, c0 : c1 + 1], weights[1, c0 : c1 + 1], weights[2, c0 : c1 + 1]
+        ends = int(edges[0]), int(edges[c1 - c0])
+        low, high = min(ends) - 1, max(ends) + 2
+        _sums_row(leaves, above, below, low, high, added)
+        cover = alpha[row, a + c0 : a + c1]
+        _columns(added[:across], edges, left, middle, right, share, cover)
+        _settle_cover(cover, depth_inverse, inverse[row, a + c0 : a + c1])
+        first, beyond = 0, c1 - c0
         while first < beyond and cover[first] <= F0:
             first += 1
         while beyond > first and cover[beyond - 1] <= F0:
             beyond -= 1
         if beyond == first:
             continue
-        grow(spans, row, a + first, a + beyond)
+        grow(spans, row, a + c0 + first, a + c0 + beyond)
         for c in range(channels):
             _lit(
                 light[c], added[across + low : across + high], added[2 * across + low : 2 * across + high],
                 added[3 * across + low : 3 * across + high], added[4 * across + low : 4 * across + high], lit[low:high],
             )  # fmt: skip
-            plane = planes[c, row, a:b]
-            _columns(lit, nodes, left, middle, right, share, plane)
+            plane = planes[c, row, a + c0 : a + c1]
+            _columns(lit, edges, left, middle, right, share, plane)
             _settle(cover, plane)

@@ -134,14 +134,23 @@ def _running_sums(image: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(sums.transpose(0, 2, 1), dtype=np.float32).reshape(len(wide), -1)
 
 
+def _bounds(sums: np.ndarray) -> np.ndarray:
+    """(S, N, 2) nodes between which the cover's sums along each row rise; N and 0 where they do not."""
+    n = sums.shape[1]
+    cover = sums[:, :, :n]
+    rises, full = cover > 0, cover < cover[:, :, -1:]
+    return np.stack([np.where(rises.any(axis=2), rises.argmax(axis=2) - 1, n), full.sum(axis=2)], axis=2)
+
+
 @lru_cache(maxsize=1)
-def crown_textures() -> tuple[np.ndarray, ...]:
+def crown_textures() -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
     """Return all crowns.
 
     Returns:
         LEVELS times (S, N, 5 * N) float32, N = texels along a side + 2 BORDER + 1, half as many texels each time: per crown, row of
         texels, channel and column the running sums along the row of the cover, the tone, and the tone times the leaf's normal to
-        the right, downwards and away. Row BORDER + 1 is the texture's first, column BORDER its edge.
+        the right, downwards and away. Row BORDER + 1 is the texture's first, column BORDER its edge. And LEVELS times
+        (S, N, 2) int64, the columns between which the leaves of a row lie.
     """
     makers = (_round, _round, _round, _columnar, _conifer, _bare, _bare)
     images = np.zeros((len(makers), SIZE, SIZE, TEXTURE_CHANNELS), np.float32)
@@ -155,4 +164,4 @@ def crown_textures() -> tuple[np.ndarray, ...]:
             axis=(2, 4), dtype=np.float64
         )
         levels.append(np.stack([_running_sums(image) for image in means]))
-    return tuple(levels)
+    return tuple(levels), tuple(_bounds(sums) for sums in levels)
