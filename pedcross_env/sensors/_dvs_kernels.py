@@ -10,9 +10,10 @@ import numpy as np
 from pedcross_env.camera.kernels.jit import entry, inlined, kernel
 from pedcross_env.sensors._dvs_maths import TILE, add_count, exp_in_place, pack
 
-__all__ = ["HOT", "LEAK", "SHOT", "SIGNAL", "advance", "follow", "queue"]
+__all__ = ["BLOCK", "HOT", "LEAK", "SHOT", "SIGNAL", "advance", "follow", "queue"]
 
 SIGNAL, LEAK, SHOT, HOT = 0, 1, 2, 3  # sources of an event, two bits of its sort key
+BLOCK = 4  # events of a pixel are written so many at a time
 _NS = 1e9
 _ZERO, _ONE, _HALF = np.float32(0), np.float32(1), np.float32(0.5)
 _SMALL = np.float32(0.05)  # below this the series is closer than the difference
@@ -206,6 +207,38 @@ def _live(i, images, levels, drifts, last_event_s, outs, interval, noise, place,
     return found, place
 
 
+@inlined
+def _source(on, leaked, drift, on_step):
+    """What a pixel's first event in an interval is put down to."""
+    return LEAK if on and leaked > _ZERO and drift + leaked >= _HALF * on_step else SIGNAL
+
+
+@kernel
+def _fire(begin, chosen, fired, first, gap, marks, dt, keys, bits, found):
+    """Write the events of a tile's chosen pixels, BLOCK of each at a time: what is too much, the next overwrites."""
+    leak, dt_s, on_step, drifts = marks
+    end, bits, room = dt - 1.0, np.uint64(bits), keys.size
+    for h in range(chosen.size):
+        k = np.uint64(chosen[h])
+        number, on = abs(fired[k]), fired[k] > 0
+        if found + number + BLOCK > room:  # counted, not kept
+            found += number
+            continue
+        t, step = first[k], gap[k]
+        low = ((np.uint64(begin) + k) << np.uint64(3)) | (np.uint64(on) << np.uint64(2))
+        at, stop = np.uint64(found), np.uint64(found + number)
+        while at < stop:
+            for m in range(BLOCK):
+                keys[at + np.uint64(m)] = (np.uint64(np.int64(min(max(t, 0.0), end))) << bits) | low
+                t += step
+            at += np.uint64(BLOCK)
+        leaked = leak[k] * dt_s
+        if leaked > _ZERO:
+            keys[np.uint64(found)] |= np.uint64(_source(on, leaked, drifts[k], on_step[k]))
+        found += number
+    return found
+
+
 @kernel
 def _mark_slow(begin, n, place, noise_pixel, last_event_s, t0_s, refractory_s, slow):
     """Mark the pixels of a tile to be followed: those with noise, and those still held; whether there are any."""
@@ -233,8 +266,8 @@ def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts,
         outs: New reference, last events and drifts.
         interval: Start in ns, length in ns (float64), refractory period in ns (float64).
         noise: Pixels (int32), times from the start in ns (float64) and codes (source, 4 for ON) of events, sorted.
-        counts: (N, 2) to be added to, or (0, 2) where ``keys`` are wanted; further keys than fit are counted, not kept.
-        keys: uint64. bits: those below the time.
+        counts: (N, 2) to be added to, or (0, 2) where ``keys`` are wanted.
+        keys: uint64; more than fit, with BLOCK to spare, are counted, not kept. bits: those below the time.
         work: (TILE,) of int32, uint8 and int32; (2, TILE) float64; (3, TILE) float32.
     """
     previous, frame, reference = images
@@ -297,32 +330,24 @@ def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts,
             first,
             gap,
         )
-        hits = 0
+        hits = np.uint64(0)
         for i in range(n):
             chosen[hits] = i
-            hits += np.int64(fired[i] != 0)
+            hits += np.uint64(fired[i] != 0)
+        if refractory == 0:
+            marks = (leak, dt_s, on_step, drifts[begin:stop] if drifts.size > 0 else drifts)
+            found = _fire(begin, chosen[:hits], fired, first, gap, marks, dt, keys, bits, found)
+            continue
         for h in range(hits):
             k = chosen[h]
-            i, on, source = begin + k, fired[k] > 0, SIGNAL
+            i, on = begin + k, fired[k] > 0
             leaked = leak[k] * dt_s
-            if leaked > _ZERO and on and drifts[i] + leaked >= _HALF * on_step[k]:
-                source = LEAK
-            if refractory > 0:
-                start = np.float64(previous[i])
-                found = _held_after(
-                    i, first[k], gap[k], dt, start, np.float64(frame[i]) - start, np.float64(leaked),
-                    (t0_ns, refractory), outs, source, on, found, (counts, keys, bits),
-                )  # fmt: skip
-                continue
-            t, low = first[k], (np.uint64(i) << np.uint64(3)) | (np.uint64(on) << np.uint64(2))
-            for m in range(abs(fired[k])):
-                at = np.uint64(np.int64(min(max(t, 0.0), dt - 1.0)))
-                if found < keys.size:
-                    keys[np.uint64(found)] = (
-                        (at << np.uint64(bits)) | low | np.uint64(source if m == 0 else SIGNAL)
-                    )
-                found += 1
-                t += gap[k]
+            source = _source(on, leaked, drifts[i] if leaked > _ZERO else _ZERO, on_step[k])
+            start = np.float64(previous[i])
+            found = _held_after(
+                i, first[k], gap[k], dt, start, np.float64(frame[i]) - start, np.float64(leaked),
+                (t0_ns, refractory), outs, source, on, found, (counts, keys, bits),
+            )  # fmt: skip
     return found
 
 

@@ -29,6 +29,7 @@ from pedcross_env.sensors import _dvs_kernels as ours
 from pedcross_env.sensors import _dvs_maths as maths
 from pedcross_env.sensors import _noise_kernels as noise_kernels
 from pedcross_env.sensors import _v2e_kernels as v2e
+from pedcross_env.sensors._event_order import in_order
 from pedcross_env.sensors.dvs_config import DvsConfig
 from pedcross_env.sensors.dvs_state import FRAME_STREAMS, NO_LABELS, DvsState, check_frame, initial_state
 from pedcross_env.sensors.intensity import log_luminance
@@ -62,12 +63,10 @@ def _run(
     advanced, found = run(state, log_frame, int(time_ns), config, counts, keys)
     if len(counts):
         return advanced, _NO_KEYS
-    if found > keys.size:
-        keys = np.empty(found, np.uint64)
+    if found + ours.BLOCK > keys.size:
+        keys = np.empty(found + ours.BLOCK, np.uint64)
         advanced, found = run(state, log_frame, int(time_ns), config, counts, keys)
-    keys = keys[:found]
-    keys.sort()
-    return advanced, keys
+    return advanced, in_order(keys[:found])
 
 
 def _run_ours(
