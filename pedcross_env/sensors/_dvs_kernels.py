@@ -97,13 +97,15 @@ def _held(last_event_s, t0_s, refractory_s, slow):
 
 
 @kernel
-def _tally(fired, counts, top):
-    """Add crossings to counts (n, 2), which stop at ``top``."""
-    for i in range(fired.size):
-        on = np.int32(counts[i, 0]) + max(fired[i], np.int32(0))
-        off = np.int32(counts[i, 1]) + max(-fired[i], np.int32(0))
-        counts[i, 0] = min(on, top)
-        counts[i, 1] = min(off, top)
+def _tally(chosen, fired, counts, top):
+    """Add the crossings of chosen pixels to counts (n, 2), which stop at ``top``; return how many there are."""
+    found = 0
+    for h in range(chosen.size):
+        k = np.uint64(chosen[h])
+        number, channel = abs(fired[k]), np.uint64(fired[k] < 0)
+        counts[k, channel] = min(np.int32(counts[k, channel]) + number, top)
+        found += number
+    return found
 
 
 @inlined
@@ -313,10 +315,12 @@ def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts,
                     )  # fmt: skip
         if not any_fired:
             continue
+        hits = np.uint64(0)
+        for i in range(n):
+            chosen[hits] = i
+            hits += np.uint64(fired[i] != 0)
         if counting and refractory == 0:
-            for i in range(n):
-                found += abs(fired[i])
-            _tally(fired, counts[begin:stop], top)
+            found += _tally(chosen[:hits], fired, counts[begin:stop], top)
             continue
         _aim(
             previous[begin:stop],
@@ -330,10 +334,6 @@ def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts,
             first,
             gap,
         )
-        hits = np.uint64(0)
-        for i in range(n):
-            chosen[hits] = i
-            hits += np.uint64(fired[i] != 0)
         if refractory == 0:
             marks = (leak, dt_s, on_step, drifts[begin:stop] if drifts.size > 0 else drifts)
             found = _fire(begin, chosen[:hits], fired, first, gap, marks, dt, keys, bits, found)

@@ -17,7 +17,7 @@ __all__ = [
     "TILE",
     "add_count",
     "exp_in_place",
-    "log_in_place",
+    "log_above",
     "lognormal",
     "normal",
     "pack",
@@ -36,26 +36,26 @@ _ONE = np.float32(1)
 
 
 @njit(cache=True, error_model="numpy")
-def log_in_place(values: np.ndarray) -> None:
-    """ln of positive, normal float32 values: exponent ln 2 + 2 atanh((m - 1) / (m + 1)), m near 1."""
-    bits = values.view(np.int32)
+def log_above(values: np.ndarray, floor: np.float32, out: np.ndarray) -> None:
+    """ln of values + floor, which are positive and normal: exponent ln 2 + 2 atanh((m - 1) / (m + 1)), m near 1."""
     exponent = np.empty(TILE, np.float32)
     mantissa = np.empty(TILE, np.float32)
-    mantissa_bits = mantissa.view(np.int32)
+    bits = mantissa.view(np.int32)
     for start in range(0, values.size, TILE):
         n = min(TILE, values.size - start)
-        tile = bits[start : start + n]
+        tile, result = values[start : start + n], out[start : start + n]
         for i in range(n):
-            shift = np.int32(np.int32(tile[i] - _SQRT_HALF_BITS) >> np.int32(23))
+            mantissa[i] = tile[i] + floor
+        for i in range(n):
+            shift = np.int32(np.int32(bits[i] - _SQRT_HALF_BITS) >> np.int32(23))
             exponent[i] = np.float32(shift)
-            mantissa_bits[i] = np.int32(tile[i] - np.int32(shift << np.int32(23)))
-        out = values[start : start + n]
+            bits[i] = np.int32(bits[i] - np.int32(shift << np.int32(23)))
         for i in range(n):
             m = mantissa[i]
             s = (m - _ONE) / (m + _ONE)
             q = s * s
             series = q * (_THIRD + q * (_FIFTH + q * (_SEVENTH + q * _NINTH)))
-            out[i] = exponent[i] * _LN2 + np.float32(2) * (s + s * series)
+            result[i] = exponent[i] * _LN2 + np.float32(2) * (s + s * series)
 
 
 @njit(cache=True, error_model="numpy")

@@ -69,14 +69,15 @@ class DvsState:
 
 
 def check_frame(log_frame: np.ndarray, shape: tuple[int, ...] | None = None) -> np.ndarray:
-    """Copy a frame, which must be a log image (of ``shape`` if given)."""
+    """Take a frame, which must be a log image (of ``shape`` if given): copied, unless nobody can write to it."""
     require(log_frame.dtype == np.float32 and log_frame.ndim == 2 and log_frame.size > 0, "log_frame",
             (log_frame.dtype, log_frame.shape),
             "a non-empty (H, W) float32; log_image makes one of an 8-bit frame, log_luminance of light")  # fmt: skip
     require(
         shape is None or log_frame.shape == shape, "log_frame.shape", log_frame.shape, f"the state's {shape}"
     )
-    return np.array(log_frame, order="C")
+    kept = log_frame.flags.owndata and log_frame.flags.c_contiguous and not log_frame.flags.writeable
+    return log_frame if kept else np.array(log_frame, order="C")
 
 
 def initial_state(log_frame: np.ndarray, time_ns: int, config: DvsConfig, seed: int) -> DvsState:

@@ -52,8 +52,9 @@ def log_luminance(luminance: np.ndarray, floor: float) -> np.ndarray:
         (H, W) float32.
     """
     require(floor > 0, "floor", floor, "positive")
-    out = np.add(luminance, np.float32(floor), dtype=np.float32)
-    kernels.log_in_place(out.reshape(-1))
+    out = np.empty(luminance.shape, np.float32)
+    light = np.ascontiguousarray(luminance, np.float32)
+    kernels.log_above(light.reshape(-1), np.float32(floor), out.reshape(-1))
     return out
 
 
