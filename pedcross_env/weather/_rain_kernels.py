@@ -24,6 +24,7 @@ _ROUND_PX, _SOFT = (
     1.5,
     0.45,
 )  # width from which a drop is drawn round, and how soft its edge gets per pixel of width
+_EDGE_M = 0.02  # a drop's own size, so far beyond the frustum's sides
 _EDGE_PX = 0.5  # half a pixel: edges are blurred by the pixel's own width
 
 
@@ -170,6 +171,16 @@ def _beam_lx(table: np.ndarray, spans: np.ndarray, beam: np.ndarray, x: float, y
 
 
 @njit(cache=True, error_model="numpy")
+def _span(rotation: np.ndarray, axis: int, slope: float) -> float:
+    """How far a world-aligned unit cube reaches across the planes |camera axis| = slope * depth, both ways together."""
+    one = other = 0.0
+    for k in range(3):
+        one += abs(rotation[axis, k] - slope * rotation[2, k])
+        other += abs(rotation[axis, k] + slope * rotation[2, k])
+    return max(one, other)
+
+
+@njit(cache=True, error_model="numpy")
 def _class_streaks(
     luminance: np.ndarray,
     radiance: np.ndarray,
@@ -197,8 +208,11 @@ def _class_streaks(
     if farthest <= nearest:
         return 0
     cell = min(_LARGEST_CELL_M, (_DROPS_PER_CELL / per_m3) ** (1.0 / 3.0))
-    moved = rotation @ velocity
-    moved[2] -= ego_mps
+    moved = (
+        rotation[0, 1] * velocity[1] + rotation[0, 2] * velocity[2],
+        rotation[1, 1] * velocity[1] + rotation[1, 2] * velocity[2],
+        rotation[2, 1] * velocity[1] + rotation[2, 2] * velocity[2] - ego_mps,
+    )
     # Bounds of the frustum in the frame that falls with the drops, widened by half a streak.
     shift = velocity * time_s
     slack = sway_m + 0.5 * exposure_s * (np.abs(velocity) + abs(ego_mps) * np.abs(rotation[2]))
@@ -212,10 +226,13 @@ def _class_streaks(
                     low[axis] = min(low[axis], corner - slack[axis])
                     high[axis] = max(high[axis], corner + slack[axis])
     first, last = np.floor(low / cell).astype(np.int64), np.floor(high / cell).astype(np.int64)
-    # A cell is skipped when its bounding sphere, widened by half a streak, lies outside the frustum; so is a drop.
+    # A drop is skipped where it lies outside the frustum by more than half a streak, and a cell where all of it does.
     widest = math.sqrt(slack[0] ** 2 + slack[1] ** 2 + slack[2] ** 2)
-    radius = 0.5 * math.sqrt(3.0) * cell + widest
     side_norm, top_norm = math.hypot(1.0, side), math.hypot(1.0, top)
+    beyond_side, beyond_top = (widest + _EDGE_M) * side_norm, (widest + _EDGE_M) * top_norm
+    reach_z = 0.5 * cell * _span(rotation, 2, 0.0) + sway_m
+    reach_side = 0.5 * cell * _span(rotation, 0, side) + sway_m * side_norm + beyond_side
+    reach_top = 0.5 * cell * _span(rotation, 1, top) + sway_m * top_norm + beyond_top
     mean = per_m3 * cell**3
     none = math.exp(-mean)
     falling = math.exp(-slope * (high_mm - low_mm))
@@ -229,11 +246,11 @@ def _class_streaks(
             for iz in range(first[2], last[2] + 1):
                 wz = (iz + 0.5) * cell + shift[2] - origin[2]
                 pz = rotation[2, 0] * wx + rotation[2, 1] * wy + rotation[2, 2] * wz
-                if pz + radius < nearest or pz - radius > farthest:
+                if pz + reach_z < nearest or pz - reach_z > farthest:
                     continue
                 px = rotation[0, 0] * wx + rotation[0, 1] * wy + rotation[0, 2] * wz
                 py = rotation[1, 0] * wx + rotation[1, 1] * wy + rotation[1, 2] * wz
-                if abs(px) - side * pz > radius * side_norm or abs(py) - top * pz > radius * top_norm:
+                if abs(px) - side * pz > reach_side or abs(py) - top * pz > reach_top:
                     continue
                 place = combine(column_key, np.uint64(iz))
                 for drop in range(_poisson(none, mean, combine(place, np.uint64(0)))):
@@ -254,10 +271,7 @@ def _class_streaks(
                         continue
                     x = rotation[0, 0] * hx + rotation[0, 1] * hy + rotation[0, 2] * hz
                     y = rotation[1, 0] * hx + rotation[1, 1] * hy + rotation[1, 2] * hz
-                    if (
-                        abs(x) - side * z > (widest + 0.02) * side_norm
-                        or abs(y) - top * z > (widest + 0.02) * top_norm
-                    ):
+                    if abs(x) - side * z > beyond_side or abs(y) - top * z > beyond_top:
                         continue
                     # Truncated exponential: the law of sizes within the class.
                     diameter_mm = low_mm - math.log(1.0 - unit(own) * (1.0 - falling)) / slope
