@@ -110,8 +110,8 @@ class EventVision:
         parts: list[np.ndarray] = []
         labels: list[np.ndarray] = []
         previous_s = before.time_s
-        for time_s in plan.times_s:
-            snapshot = after if time_s == after.time_s else self._view.world.snapshot(time_s)
+        for snapshot in [*self._view.world.snapshots(plan.times_s[:-1]), after]:
+            time_s = snapshot.time_s
             log_frame, bare = self._log_luminance(snapshot, time_s - previous_s, depth)
             time_ns = round(time_s * 1e9)
             if not config.return_events:
@@ -172,7 +172,9 @@ class EventVision:
         bare = dvs.log_luminance(frame.luminance, floor) if self._config.label_events else None
         # Streaks are drawn as long as the drop falls between two renders: no gaps, hence no aliasing.
         self._view.precipitate(frame, snapshot, interval_s, depth)
-        return dvs.log_luminance(frame.luminance, floor), bare
+        seen = dvs.log_luminance(frame.luminance, floor)
+        seen.flags.writeable = False  # so that the sensor need not copy it
+        return seen, bare
 
     def _traced(self, snapshot: Snapshot, bare: np.ndarray | None, seen: np.ndarray) -> _Trace:
         flash_lx = self._view.lightning.light_lx(snapshot.time_s)

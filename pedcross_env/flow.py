@@ -18,6 +18,11 @@ INSTANT = (
     1 / 32
 )  # of the interval: flow is that of a moment, since what leaves the picture is not followed beyond
 _MARGIN_PX = 1.0
+_AROUND, _ACROSS = (
+    np.array([-0.5, 0.5, 0.5, -0.5]),
+    np.array([-0.5, -0.5, 0.5, 0.5]),
+)  # corners of a box from above
+_NEXT = [1, 2, 3, 0]
 
 
 def image_flow_px(camera: CameraConfig, street: StreetSpec, before: Snapshot, after: Snapshot) -> float:
@@ -33,29 +38,51 @@ def image_flow_px(camera: CameraConfig, street: StreetSpec, before: Snapshot, af
         before: The scene at the first moment.
         after: The same actors in the same order at the second.
     """
-    pose0, pose1 = camera_pose(camera, before.ego), camera_pose(camera, after.ego)
-    feet0, feet1 = _footprints(before.actors), _footprints(after.actors)
-    scene = (street, before.actors["z"], before.actors["height"])
-    return max(_speed_px(pose0, pose1, feet0, feet1, scene), _speed_px(pose1, pose0, feet1, feet0, scene))
+    poses = camera_pose(camera, before.ego), camera_pose(camera, after.ego)
+    boxes = _Boxes(before.actors, before.actors), _Boxes(after.actors, before.actors)
+    return max(_speed_px(*poses, *boxes, street), _speed_px(*poses[::-1], *boxes[::-1], street))
+
+
+class _Boxes:
+    """The actors' boxes at a moment, as high as at the first one.
+
+    Attributes:
+        feet: Corners from above, in order around: (N, 4, 2).
+        low, high: (N,) metres.
+        corners: (8 N, 3).
+    """
+
+    def __init__(self, actors: np.ndarray, first: np.ndarray) -> None:
+        cos, sin = np.cos(actors["yaw"])[:, None], np.sin(actors["yaw"])[:, None]
+        dx, dy = _AROUND * actors["length"][:, None], _ACROSS * actors["width"][:, None]
+        number = len(actors)
+        self.feet = np.empty((number, 4, 2))
+        self.feet[..., 0] = actors["x"][:, None] + cos * dx - sin * dy
+        self.feet[..., 1] = actors["y"][:, None] + sin * dx + cos * dy
+        self.low = first["z"]
+        self.high = self.low + first["height"]
+        corners = np.empty((2, number, 4, 3))
+        corners[..., :2] = self.feet
+        corners[0, ..., 2], corners[1, ..., 2] = self.low[:, None], self.high[:, None]
+        self.corners = corners.reshape(-1, 3)
 
 
 def _speed_px(
-    pose: CameraPose, other: CameraPose, feet: np.ndarray, moved_feet: np.ndarray,
-    scene: tuple[StreetSpec, np.ndarray, np.ndarray],
-) -> float:  # fmt: skip
+    pose: CameraPose, other: CameraPose, boxes: _Boxes, moved_boxes: _Boxes, street: StreetSpec
+) -> float:
     """Displacement over INSTANT of the way to the other moment, over INSTANT."""
-    street, bottoms, heights = scene
     moved = replace(
         pose,
         origin=pose.origin + INSTANT * (other.origin - pose.origin),
         rotation=pose.rotation + INSTANT * (other.rotation - pose.rotation),
     )
-    edge, owner = _edge_points(pose, street, feet, bottoms, heights)
+    edge, owner = _edge_points(pose, street, boxes)
     shift = np.zeros((len(edge), 3))
     carried = owner >= 0
-    shift[carried, :2] = (moved_feet - feet).mean(axis=1)[owner[carried]]
-    corners, ways = _corners(feet, bottoms, heights), _corners(moved_feet - feet, 0 * bottoms, 0 * heights)
-    points, ways = np.concatenate([edge, corners]), np.concatenate([shift, ways])
+    if carried.any():
+        shift[carried, :2] = (moved_boxes.feet - boxes.feet).mean(axis=1)[owner[carried]]
+    points = np.concatenate([edge, boxes.corners])
+    ways = np.concatenate([shift, moved_boxes.corners - boxes.corners])
     return _displacement(pose, moved, points, points + INSTANT * ways) / INSTANT
 
 
@@ -71,60 +98,41 @@ def _displacement(pose0: CameraPose, pose1: CameraPose, points0: np.ndarray, poi
     return float(np.hypot(*(second[seen, :2] - first[seen, :2]).T).max())
 
 
-def _edge_points(
-    pose: CameraPose, street: StreetSpec, feet: np.ndarray, bottoms: np.ndarray, heights: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _edge_points(pose: CameraPose, street: StreetSpec, boxes: _Boxes) -> tuple[np.ndarray, np.ndarray]:
     """What is seen at the image's edges: (N, 3) world points and (N,) index of the actor, -1 for what stands still."""
     width, height = float(pose.width_px), float(pose.height_px)
-    u = np.array([0.0, width / 2, width, 0.0, width])
-    v = np.array([height, height, height, pose.cy, pose.cy])
-    points, owners = [], []
-    for k, ray in enumerate(rays(pose, u, v)):
-        reach = -pose.origin[2] / ray[2] if ray[2] < -1e-6 else np.inf
-        owner = -1
-        if k != 1:  # the middle of the bottom row: bonnet and road
-            side_m = street.facade_y_m if u[k] == 0 else -street.facade_y_m
-            wall = (side_m - pose.origin[1]) / ray[1] if abs(ray[1]) > 1e-6 else -1.0
-            reach = wall if 0 < wall < reach else reach
-            met, actor = _first_met(pose.origin, ray, feet, bottoms, heights)
-            if met < reach:
-                reach, owner = met, actor
-        if np.isfinite(reach):
-            points.append(pose.origin + reach * ray)
-            owners.append(owner)
-    return np.array(points).reshape(-1, 3), np.array(owners, dtype=np.int64)
+    ray = rays(
+        pose,
+        np.array([0.0, width / 2, width, 0.0, width]),
+        np.array([height, height, height, pose.cy, pose.cy]),
+    )
+    side_m = np.array([1.0, np.nan, -1.0, 1.0, -1.0]) * street.facade_y_m  # the middle: bonnet and road
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = np.where(ray[:, 2] < -1e-6, -pose.origin[2] / ray[:, 2], np.inf)
+        wall = np.where(np.abs(ray[:, 1]) > 1e-6, (side_m - pose.origin[1]) / ray[:, 1], -1.0)
+    reach = np.where((wall > 0) & (wall < reach), wall, reach)
+    met, actor = _first_met(pose.origin, ray, boxes)
+    hides = (met < reach) & ~np.isnan(side_m)
+    reach, owner = np.where(hides, met, reach), np.where(hides, actor, -1)
+    found = np.isfinite(reach)
+    return pose.origin + reach[found, None] * ray[found], owner[found]
 
 
-def _first_met(
-    origin: np.ndarray, ray: np.ndarray, feet: np.ndarray, bottoms: np.ndarray, heights: np.ndarray
-) -> tuple[float, int]:
-    """Where a ray first meets the side of a box: how many of its lengths away (inf: nowhere), and which box."""
+def _first_met(origin: np.ndarray, ray: np.ndarray, boxes: _Boxes) -> tuple[np.ndarray, np.ndarray]:
+    """Where rays (R, 3) first meet the side of a box: (R,) how many of their lengths away (inf: nowhere), which box."""
+    feet = boxes.feet
     if len(feet) == 0:
-        return np.inf, -1
-    start, along = feet, np.roll(feet, -1, axis=1) - feet
-    across = ray[0] * along[..., 1] - ray[1] * along[..., 0]
-    offset = start - origin[:2]
+        return np.full(len(ray), np.inf), np.full(len(ray), -1)
+    along = feet[:, _NEXT] - feet
+    offset = feet - origin[:2]
+    x, y, z = ray.T[:, :, None, None]
+    across = x * along[..., 1] - y * along[..., 0]
     safe = np.where(np.abs(across) > 1e-9, across, np.nan)
     reach = (offset[..., 0] * along[..., 1] - offset[..., 1] * along[..., 0]) / safe
-    share = (offset[..., 0] * ray[1] - offset[..., 1] * ray[0]) / safe
-    above = origin[2] + reach * ray[2] - bottoms[:, None]
-    hit = (reach > 0) & (share >= 0) & (share <= 1) & (above >= 0) & (above <= heights[:, None])
-    reach = np.where(hit, reach, np.inf)
-    nearest = int(reach.argmin())
-    return float(reach.flat[nearest]), nearest // 4
-
-
-def _footprints(actors: np.ndarray) -> np.ndarray:
-    """Corners of the actors' boxes from above, in order around: (N, 4, 2)."""
-    cos, sin = np.cos(actors["yaw"])[:, None], np.sin(actors["yaw"])[:, None]
-    dx = np.array([-0.5, 0.5, 0.5, -0.5]) * actors["length"][:, None]
-    dy = np.array([-0.5, -0.5, 0.5, 0.5]) * actors["width"][:, None]
-    x, y = actors["x"][:, None] + cos * dx - sin * dy, actors["y"][:, None] + sin * dx + cos * dy
-    return np.stack([x, y], axis=2)
-
-
-def _corners(feet: np.ndarray, bottoms: np.ndarray, heights: np.ndarray) -> np.ndarray:
-    """Corners of boxes: (8 N, 3)."""
-    low = np.broadcast_to(bottoms[:, None, None], (*feet.shape[:2], 1))
-    high = low + heights[:, None, None]
-    return np.concatenate([np.concatenate([feet, z], axis=2).reshape(-1, 3) for z in (low, high)])
+    share = (offset[..., 0] * y - offset[..., 1] * x) / safe
+    above = origin[2] + reach * z
+    hit = (reach > 0) & (share >= 0) & (share <= 1)
+    hit &= (above >= boxes.low[:, None]) & (above <= boxes.high[:, None])
+    reach = np.where(hit, reach, np.inf).reshape(len(ray), -1)
+    nearest = reach.argmin(axis=1)
+    return reach[np.arange(len(ray)), nearest], nearest // 4

@@ -30,7 +30,7 @@ _WATCH_HZ = 100  # how often who waits for a trigger looks: a clock of its own, 
 
 @dataclass(frozen=True, slots=True)
 class PedestrianPoses:
-    """State of N pedestrians at one time, each (N,) float64; units and meanings as in ACTOR_DTYPE."""
+    """State of N pedestrians at one time, each (N,) float64, or at T, (T, N); units and meanings as in ACTOR_DTYPE."""
 
     x: np.ndarray
     y: np.ndarray
@@ -40,6 +40,10 @@ class PedestrianPoses:
     gait_phase: np.ndarray
     gait_stride: np.ndarray
     head_yaw: np.ndarray
+
+    def at(self, index: int) -> PedestrianPoses:
+        """Those of one of T times."""
+        return PedestrianPoses(*(getattr(self, name)[index] for name in self.__slots__))
 
 
 def _glance(walk: Walk, street: StreetSpec) -> tuple[float, float, float]:
@@ -74,6 +78,11 @@ def _padded(tables: list[np.ndarray], columns: int) -> np.ndarray:
     for row, table in zip(stacked, tables, strict=True):
         row[: len(table)] = table
     return stacked
+
+
+def _columns(table: np.ndarray) -> np.ndarray:
+    """What lies along the last axis, first."""
+    return table.transpose(-1, *range(table.ndim - 1))
 
 
 class Pedestrians:
@@ -155,20 +164,23 @@ class Pedestrians:
             return True
         return False
 
-    def poses(self, time_s: float) -> PedestrianPoses:
-        """Everything about all pedestrians at one time."""
-        last = (self._knots[:, :, 0] <= time_s).sum(axis=1) - 1
-        start, x, y, ux, uy, speed, acceleration, phase, cadence, rate = self._knots[
-            self._rows, np.maximum(last, 0)
-        ].T
+    def poses(self, time_s: float | np.ndarray) -> PedestrianPoses:
+        """Everything about all pedestrians at one time, or at (T,) times, for little more than at one."""
+        at = time_s
+        if isinstance(time_s, np.ndarray):
+            time_s, at = time_s[:, None], time_s[:, None, None]
+        last = (self._knots[:, :, 0] <= at).sum(axis=-1) - 1
+        start, x, y, ux, uy, speed, acceleration, phase, cadence, rate = _columns(
+            self._knots[self._rows, np.maximum(last, 0)]
+        )
         elapsed = time_s - start
         travelled = elapsed * (speed + 0.5 * acceleration * elapsed)
         y = y + uy * travelled
         speed = np.maximum(speed + acceleration * elapsed, 0.0)
         cadence_now = cadence + rate * elapsed
         walking = cadence_now > 1e-6
-        turn = (self._turns[:, :, 0] <= time_s).sum(axis=1) - 1
-        turn_start, before, angle, duration = self._turns[self._rows, turn].T
+        turn = (self._turns[:, :, 0] <= at).sum(axis=-1) - 1
+        turn_start, before, angle, duration = _columns(self._turns[self._rows, turn])
         middle, half, head = self._glances.T
         there, back = _look(time_s - middle, half), _look(time_s - middle - _GLANCE_BACK_S, 0.5 * half)
         x = x + ux * travelled

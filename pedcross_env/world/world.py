@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -233,16 +234,28 @@ class World:
         Raises:
             ConfigError: For a time outside of it.
         """
+        pose_time = self._within_step(time_s)
+        return self._snapshot(time_s, pose_time, self._people.poses(pose_time))
+
+    def snapshots(self, times_s: Sequence[float]) -> list[Snapshot]:
+        """The same snapshots for several times, sooner than one by one."""
+        pose_times = np.array([self._within_step(time_s) for time_s in times_s])
+        people = self._people.poses(pose_times)
+        return [
+            self._snapshot(time_s, float(pose_times[k]), people.at(k)) for k, time_s in enumerate(times_s)
+        ]
+
+    def _within_step(self, time_s: float) -> float:
         if not self._step_start_s - _TIME_SLACK_S <= time_s <= self.time_s + _TIME_SLACK_S:
             raise ConfigError(
                 f"snapshot time_s = {time_s!r} is not allowed: it must be within the last step, "
                 f"{self._step_start_s} to {self.time_s}."
             )
-        pose_time = self._pose_time(time_s)
+        return self._pose_time(time_s)
+
+    def _snapshot(self, time_s: float, pose_time: float, people: PedestrianPoses) -> Snapshot:
         actors = self._records.actors(
-            self._traffic.poses(pose_time),
-            self._people.poses(pose_time),
-            self._traffic.doors.poses(pose_time),
+            self._traffic.poses(pose_time), people, self._traffic.doors.poses(pose_time)
         )
         ego = self._records.ego(self._drive.state(pose_time), self._drive.pose(pose_time))
         return Snapshot(time_s=time_s, ego=ego, actors=actors)

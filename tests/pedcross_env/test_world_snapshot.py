@@ -107,3 +107,21 @@ def test_slow_policies_see_the_same_world() -> None:
     a, b = fast.snapshot(0.19), slow.snapshot(0.19)
     for field in ("x", "y", "yaw", "speed", "gait_phase"):
         np.testing.assert_allclose(a.actors[field], b.actors[field], atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_several_snapshots_are_those_taken_one_by_one(seed: int) -> None:
+    world = build(seed)
+    while world.outcome is Outcome.RUNNING and world.time_s < 3.0:
+        start = world.time_s
+        world.step(0.5)
+        times = np.linspace(start, world.time_s, 5).tolist()
+        for time_s, shot in zip(times, world.snapshots(times), strict=True):
+            alone = world.snapshot(time_s)
+            assert shot.time_s == alone.time_s == time_s
+            assert shot.actors.tobytes() == alone.actors.tobytes()
+            assert shot.ego.tobytes() == alone.ego.tobytes()
+    assert world.time_s > 1.0
+    assert world.snapshots([]) == []
+    with pytest.raises(ConfigError, match="within the last step"):
+        world.snapshots([world.time_s + 1.0])
