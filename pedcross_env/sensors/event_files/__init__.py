@@ -6,7 +6,7 @@
 | dsec | .h5 .hdf5 | read, write | us | HDF5 as in the DSEC data set; needs ``pip install 'pedcross[events]'`` |
 | aedat4 | .aedat4 | read, write | us | iniVation's DV software, compressed or not |
 | dat | .dat | read | us | Prophesee, decoded events |
-| evt2, evt3 | .raw | read | us | Prophesee, as the sensor sends them |
+| evt2, evt21, evt3 | .raw | read | us | Prophesee, as the sensor sends them |
 | rosbag | .db3 | read | us | ROS 2 bag with event_camera_msgs/EventPacket in EVT3 |
 
 - recording: what reading gives, and the checks that all formats share

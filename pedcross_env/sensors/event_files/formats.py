@@ -45,6 +45,7 @@ FORMATS: MappingProxyType[str, Format] = MappingProxyType(
         "aedat4": Format((".aedat4",), b"#!AER-DAT4.0\r\n", "aedat4:read", "aedat4:write"),
         "dat": Format((".dat",), b"%", "prophesee:read_dat"),
         "evt2": Format((".raw",), b"%", "prophesee:read_evt2"),
+        "evt21": Format((".raw",), b"%", "prophesee:read_evt21"),
         "evt3": Format((".raw",), b"%", "prophesee:read_evt3"),
         "rosbag": Format((".db3",), b"SQLite format 3\0", "rosbag:read"),
     }
@@ -85,9 +86,9 @@ def _recognise(path: Path) -> str:
             f"{path} is AEDAT {head[9:12].decode('latin-1')}; only 4.0 is read: convert it with iniVation's DV."
         )
     by_suffix = next((n for n, form in FORMATS.items() if path.suffix.lower() in form.suffixes), None)
-    if by_suffix == "evt2":  # .raw stands for two formats; without a header nothing tells which
+    if by_suffix == "evt2":  # .raw stands for three formats; without a header nothing tells which
         raise DataError(
-            f"{path} has no header; name its encoding: read_events(path, format='evt3') or 'evt2'."
+            f"{path} has no header; name its encoding: read_events(path, format='evt3'), 'evt21' or 'evt2'."
         )
     begins = f"begins with {head[:8]!r}"
     if by_suffix is not None:

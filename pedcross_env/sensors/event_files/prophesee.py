@@ -1,11 +1,13 @@
-"""Prophesee's files: decoded events (DAT) and what the sensor sends (RAW with EVT2 or EVT3 inside).
+"""Prophesee's files: decoded events (DAT) and what the sensor sends (RAW with EVT2, EVT2.1 or EVT3 inside).
 
 All begin with text lines "% keyword value". Layouts after Prophesee's documentation of the formats ("DAT File Format",
-"EVT 2.0 Format", "EVT 3.0 Format"); little-endian, times in microseconds.
+"EVT 2.0 Format", "EVT 2.1 Format", "EVT 3.0 Format"); little-endian, times in microseconds.
 
     DAT   after the text two bytes, event type and record size (8); records: u32 t, u32 with x in bits 0-13, y 14-27,
           polarity 28
     EVT2  u32 words, kind in bits 28-31. 0 OFF, 1 ON: bits 22-27 low time, x 11-21, y 0-10. 8: bits 0-27 high time
+    EVT21 u64 words: the upper half a word of EVT2, the lower one a bit for each of the 32 pixels from its x on; where
+          the header says "endianness=legacy" (IMX636), the upper half comes first
     EVT3  u16 words, kind in bits 12-15. 0 y; 2 x and polarity (bit 11): an event; 3 x and polarity of the first pixel
           of vectors; 4, 5 vector of 12, 8 pixels, a bit each; 6 low time (12 bit); 8 high time (12 bit, wraps)
 """
@@ -21,10 +23,13 @@ import numpy as np
 from pedcross_env.errors import DataError
 from pedcross_env.sensors.event_files.recording import Recording, damaged, join
 
-__all__ = ["decode_evt2", "decode_evt3", "read_dat", "read_evt2", "read_evt3", "recognise"]
+__all__ = [
+    "decode_evt2", "decode_evt3", "read_dat", "read_evt2", "read_evt21", "read_evt3", "recognise",
+]  # fmt: skip
 
 _RECORD_BYTES = 8
 _CD_TYPES = (0x00, 0x0C)  # Event2d and EventCD of DAT
+_ENCODINGS = {"2.0": "evt2", "2.1": "evt21", "3.0": "evt3"}
 _EVT2_KINDS = (0x0, 0x1, 0x8, 0xA, 0xE, 0xF)
 _EVT3_KINDS = (0x0, 0x2, 0x3, 0x4, 0x5, 0x6, 0x7, 0x8, 0xA, 0xE, 0xF)
 _ADDR_Y, _ADDR_X, _VECT_BASE_X, _VECT_12, _VECT_8, _TIME_LOW, _TIME_HIGH = 0x0, 0x2, 0x3, 0x4, 0x5, 0x6, 0x8
@@ -55,9 +60,14 @@ def _shape(values: dict[str, str]) -> tuple[int, int] | None:
     geometry = re.fullmatch(r"(\d+)\s*x\s*(\d+)", values.get("geometry", ""))
     if geometry:
         return int(geometry[2]), int(geometry[1])
-    options = dict(re.findall(r"(\w+)=(\d+)", values.get("format", "")))
+    options = _options(values)
     height, width = options.get("height", values.get("height")), options.get("width", values.get("width"))
     return (int(height), int(width)) if height and width and height.isdigit() and width.isdigit() else None
+
+
+def _options(values: dict[str, str]) -> dict[str, str]:
+    """What the line "format" says beside the encoding: height, width, endianness."""
+    return dict(re.findall(r"(\w+)=(\w+)", values.get("format", "")))
 
 
 def _encoding(values: dict[str, str]) -> str | None:
@@ -72,17 +82,17 @@ def recognise(path: Path, head: bytes) -> str:
     """Name the format of a file that begins with "%"; DataError where its header does not tell."""
     values, _ = _header(head)
     encoding = _encoding(values)
-    if encoding in ("2.0", "3.0"):
-        return f"evt{encoding[0]}"
+    if encoding in _ENCODINGS:
+        return _ENCODINGS[encoding]
     if encoding is not None:
         raise DataError(
-            f"{path}: its header says EVT {encoding}; read are EVT 2.0 and 3.0: convert the recording."
+            f"{path}: its header says EVT {encoding}; read are EVT 2.0, 2.1 and 3.0: convert the recording."
         )
     if "data" in values or path.suffix.lower() == ".dat":
         return "dat"
     raise DataError(
         f"{path}: its header has no line '% evt 3.0' or '% format EVT3'; name the encoding: "
-        f"read_events(path, format='evt3') or 'evt2' (or 'dat')."
+        f"read_events(path, format='evt3'), 'evt21' or 'evt2' (or 'dat')."
     )
 
 
@@ -133,6 +143,20 @@ def read_evt2(path: Path) -> Recording:
     return Recording(events, shape, "evt2", skipped)
 
 
+def read_evt21(path: Path) -> Recording:
+    """Read a RAW file of EVT2.1 words; see formats.read_events."""
+    values, words, begin = _words(path, "<u8")
+    order = _options(values).get("endianness", "little")
+    if order not in ("little", "legacy"):
+        raise DataError(
+            f"{path}: its header says endianness={order}; read are little and legacy: convert the recording."
+        )
+    halves, shape = words.view("<u4").reshape(-1, 2), _shape(values)
+    head, pixels = halves.T if order == "legacy" else halves.T[::-1]
+    events, skipped = decode_evt2(head, shape, lambda byte: (str(path), begin + byte), pixels)
+    return Recording(events, shape, "evt21", skipped)
+
+
 def read_evt3(path: Path) -> Recording:
     """Read a RAW file of EVT3 words; see formats.read_events."""
     values, words, begin = _words(path, "<u2")
@@ -181,26 +205,37 @@ def _last(mask: np.ndarray) -> np.ndarray:
     return np.maximum.accumulate(np.where(mask, np.arange(mask.size), -1))
 
 
-def decode_evt2(words: np.ndarray, shape: tuple[int, int] | None, where: Where) -> tuple[np.ndarray, int]:
+def decode_evt2(
+    words: np.ndarray, shape: tuple[int, int] | None, where: Where, pixels: np.ndarray | None = None
+) -> tuple[np.ndarray, int]:
     """Decode EVT2 words, (N,) uint32: (events, number of events before the first high time, which are left out).
 
     Args:
         words: All of a stream.
         shape: (height, width) that addresses are held against, or None.
         where: Names a byte of the words in errors.
+        pixels: The other halves of EVT2.1 words, (N,) uint32: bit k for an event k pixels beside x; None: EVT2.
     """
+    name, size = ("EVT2", 4) if pixels is None else ("EVT2.1", 8)
     kind = words >> 28
-    _check_kinds(kind, _EVT2_KINDS, "EVT2", 4, where)
+    _check_kinds(kind, _EVT2_KINDS, name, size, where)
     is_high = kind == 0x8
     high = _unwrap((words[is_high] & 0xFFFFFFF).astype(np.int64), 28)
     order = np.cumsum(is_high) - 1  # of the high time in force at each word
-    chosen = np.flatnonzero((kind <= 1) & (order >= 0))
-    skipped = int(np.count_nonzero(kind <= 1)) - chosen.size
+    at, beside = np.flatnonzero(kind <= 1), np.uint32(0)
+    if pixels is not None:
+        bits = np.unpackbits(
+            pixels[at].astype("<u4").view(np.uint8).reshape(-1, 4), axis=1, bitorder="little"
+        )
+        hit, beside = np.nonzero(bits)
+        at = at[hit]
+    timed = order[at] >= 0
+    chosen = at[timed]
     word = words[chosen]
     t = (high[order[chosen]] << 6) + (word >> 22 & 0x3F)
-    x, y = word >> 11 & 0x7FF, word & 0x7FF
-    _check_inside(x, y, shape, 4 * chosen, where)
-    return join(x, y, t, kind[chosen] == 1, path=where(0)[0], what="EVT2"), skipped
+    x, y = (word >> 11 & 0x7FF) + (beside if pixels is None else beside[timed]), word & 0x7FF
+    _check_inside(x, y, shape, size * chosen, where)
+    return join(x, y, t, kind[chosen] == 1, path=where(0)[0], what=name), at.size - chosen.size
 
 
 def decode_evt3(words: np.ndarray, shape: tuple[int, int] | None, where: Where) -> tuple[np.ndarray, int]:
