@@ -114,9 +114,9 @@ DVS_PRESETS: Mapping[str, DvsConfig] = types.MappingProxyType(
         "v2e_clean": _camera(0.2, model="v2e", sigma_threshold=0.02, shot_hz=0.0),
         "v2e_noisy": _camera(0.2, model="v2e", sigma_threshold=0.05, cutoff_hz=30.0, leak_hz=0.1,
                              leak_spread_decades=0.1, shot_hz=5.0),
-        # Lichtsteiner, Posch and Delbruck, JSSC 2008 (128x128): mismatch 2.1 % contrast, photoreceptor of some 3 kHz at
-        # 1 klux on the scene, slower in proportion to less light; Gallego et al., TPAMI 2022, table 1: contrast 17 %,
-        # noise 0.05 events/pixel/s, 1 Meps. All from memory. Refractory period, hot pixels: our choice.
+        # Lichtsteiner, Posch and Delbruck, JSSC 2008 (128x128), abstract: mismatch 2.1 % of contrast, pixel bandwidth
+        # 3 kHz at 1 klux on the scene; slower in proportion to less light. Gallego et al., TPAMI 2022, table 1, from
+        # memory: contrast 17 %, noise 0.05 events/pixel/s, 1 Meps. Refractory period, hot pixels: our choice.
         "dvs128": _camera(0.16, sigma_threshold=0.021, cutoff_hz=6000.0, cutoff_half_cd_m2=57.0, leak_hz=0.05,
                           leak_spread_decades=0.1, shot_hz=5.0, hot_share=1e-4, refractory_ns=100_000,
                           bus_events_per_s=1e6),
@@ -126,9 +126,9 @@ DVS_PRESETS: Mapping[str, DvsConfig] = types.MappingProxyType(
         "davis346": _camera(0.2, sigma_threshold=0.03, cutoff_hz=1000.0, cutoff_half_cd_m2=20.0, leak_hz=0.2,
                             leak_spread_decades=0.1, shot_hz=10.0, hot_share=1e-4, refractory_ns=500_000,
                             bus_events_per_s=12e6),
-        # A stacked 1280x720 sensor like Finateu et al., ISSCC 2020 (Prophesee Gen4, IMX636): 1066 Meps, contrast 11 %,
-        # latency 20-150 us, noise 0.1 events/pixel/s (Gallego et al., table 1, from memory). Twice the contrast
-        # here, for the outdoors; 2 kHz is a latency of 80 us. Mismatch, shot noise and hot pixels are our choice.
+        # A stacked 1280x720 sensor like Finateu et al., ISSCC 2020 (Prophesee Gen4, IMX636): 1.066 Geps in its title.
+        # Contrast 11 %, latency 20-150 us, noise 0.1 events/pixel/s: Gallego et al., table 1, from memory. Twice the
+        # contrast here, for the outdoors; 2 kHz is a latency of 80 us. Mismatch, shot noise, hot pixels: our choice.
         "gen4": _camera(0.22, sigma_threshold=0.02, cutoff_hz=2000.0, cutoff_half_cd_m2=10.0, leak_hz=0.05,
                         leak_spread_decades=0.1, shot_hz=5.0, hot_share=2e-5, refractory_ns=50_000,
                         bus_events_per_s=1.066e9, bus_queue=65536),
