@@ -21,6 +21,7 @@ from pedcross_env.weather import WEATHERS, weather_by_name, weather_names
 FOLDER = Path(__file__).parent / "gallery"
 PAGE = FOLDER.parent / "gallery.md"
 NEAR_M, FAR_M = (8.0, 11.0), (26.0, 30.0)
+TUNNEL_M = (20.0, 5.0)  # before its exit, where there is a tunnel
 EPISODES = 80
 SETTLING_STEPS = 4  # for the exposure and the event camera, before the picture
 OWN_PX, CARLA_PX, CAMERA_PX = 300, 225, 450  # width of one picture
@@ -34,7 +35,8 @@ HEAD = """# Gallery
 
 What the cameras see, for each preset: RGB, the events of one step (1/30 s; ON and OFF in colours of their own), and
 depth ({low:g} m red to {high:g} m blue, logarithmic). Near is a pedestrian crossing {near:.0f} m ahead, far the same
-crossing earlier (CARLA's presets and the cameras: near only). Made by `make gallery`.
+crossing earlier (CARLA's presets and the cameras: near only; the tunnel: {before[0]:g} and {before[1]:g} m before its
+exit). Made by `make gallery`.
 """
 
 
@@ -52,6 +54,20 @@ def moments() -> tuple[int, int, int]:
             if info["crossing"] and far > 0 and NEAR_M[0] < info["distance_m"] < NEAR_M[1]:
                 return seed, far, step
     raise SystemExit(f"no crossing seen from afar and near within {EPISODES} episodes")
+
+
+def before_exit(seed: int, exit_m: float) -> tuple[int, ...]:
+    """Steps of an episode at which the exit of a tunnel is TUNNEL_M ahead."""
+    env = CrossingEnv(EnvConfig(modalities=()))
+    env.reset(seed=seed)
+    steps: list[int] = []
+    step = 0
+    while len(steps) < len(TUNNEL_M):
+        *_, info = env.step(np.zeros(1, np.float32))
+        step += 1
+        if info["position_m"] > exit_m - TUNNEL_M[len(steps)]:
+            steps.append(step)
+    return tuple(steps)
 
 
 def row(env: CrossingEnv, until: int) -> np.ndarray:
@@ -110,7 +126,10 @@ def camera_facts(camera: CameraConfig) -> str:
 def page() -> str:
     """The Markdown page of what is in the folder."""
     low, high = DEPTH_M
-    lines = [HEAD.format(low=low, high=high, near=sum(NEAR_M) / 2), "\n## Weather, near and far\n"]
+    lines = [
+        HEAD.format(low=low, high=high, near=sum(NEAR_M) / 2, before=TUNNEL_M),
+        "\n## Weather, near and far\n",
+    ]
     for name in weather_names():
         if name not in WEATHERS and name == next(n for n in weather_names() if n not in WEATHERS):
             lines.append("\n## CARLA's presets\n")
@@ -139,8 +158,11 @@ def main() -> None:
     seed, far, near = moments()
     for name in weather_names():
         if args.only is None or name in args.only:
-            own = name in WEATHERS
-            picture = drive(name, CameraConfig(), seed, (far, near) if own else (near,))
+            own, exit_m = name in WEATHERS, weather_by_name(name).tunnel_exit_m
+            steps = (far, near) if own else (near,)
+            if math.isfinite(exit_m):
+                steps = before_exit(seed, exit_m)
+            picture = drive(name, CameraConfig(), seed, steps)
             print(save(name, picture, 3 * (OWN_PX if own else CARLA_PX)))
     for name, weather in WINDSCREENS.items():
         if args.only is None or name in args.only:
