@@ -222,7 +222,8 @@ def decode_evt2(
     is_high = kind == 0x8
     high = _unwrap((words[is_high] & 0xFFFFFFF).astype(np.int64), 28)
     order = np.cumsum(is_high) - 1  # of the high time in force at each word
-    at, beside = np.flatnonzero(kind <= 1), np.uint32(0)
+    at = np.flatnonzero(kind <= 1)
+    beside = np.zeros(at.size, np.int64)
     if pixels is not None:
         bits = np.unpackbits(
             pixels[at].astype("<u4").view(np.uint8).reshape(-1, 4), axis=1, bitorder="little"
@@ -233,7 +234,7 @@ def decode_evt2(
     chosen = at[timed]
     word = words[chosen]
     t = (high[order[chosen]] << 6) + (word >> 22 & 0x3F)
-    x, y = (word >> 11 & 0x7FF) + (beside if pixels is None else beside[timed]), word & 0x7FF
+    x, y = (word >> 11 & 0x7FF) + beside[timed], word & 0x7FF
     _check_inside(x, y, shape, size * chosen, where)
     return join(x, y, t, kind[chosen] == 1, path=where(0)[0], what=name), at.size - chosen.size
 
