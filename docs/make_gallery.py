@@ -21,7 +21,7 @@ from pedcross_env.weather import WEATHERS, weather_by_name, weather_names
 FOLDER = Path(__file__).parent / "gallery"
 PAGE = FOLDER.parent / "gallery.md"
 NEAR_M, FAR_M = (8.0, 11.0), (26.0, 30.0)
-TUNNEL_M = (20.0, 5.0)  # before its exit, where there is a tunnel
+TUNNEL_M = (24.0, 12.0)  # before its exit, where there is a tunnel
 EPISODES = 80
 SETTLING_STEPS = 4  # for the exposure and the event camera, before the picture
 OWN_PX, CARLA_PX, CAMERA_PX = 300, 225, 450  # width of one picture
