@@ -127,15 +127,10 @@ def _passed_share(u):
 
 
 @kernel
-def _set_rows(first, second, share, share2, added):
+def _add_rows(kept, first, second, third, fourth, share, share2, share3, share4, added):
     for k in range(added.shape[0]):
-        added[k] = share * first[k] + share2 * second[k]
-
-
-@kernel
-def _add_rows(first, second, share, share2, added):
-    for k in range(added.shape[0]):
-        added[k] += share * first[k] + share2 * second[k]
+        more = share * first[k] + share2 * second[k] + share3 * third[k] + share4 * fourth[k]
+        added[k] = kept * added[k] + more
 
 
 @inlined
@@ -144,23 +139,28 @@ def _place(row, across):
     return min(max(row, -0.5), across - 2 * BORDER - 0.5) + (BORDER + 0.5)
 
 
+@inlined
+def _row_share(row, end, top, bottom):
+    """Share of a row of texels between two lines; 0 beyond the last."""
+    return np.float32(_passed_share(bottom - row) - _passed_share(top - row)) if row <= end else F0
+
+
 @kernel
 def _sums_row(texture, top, bottom, low, high, added):
     """Fill the sums along a row of pixels, which reaches from ``top`` to ``bottom`` (see ``_place``), at nodes ``low`` to ``high``."""
     across = texture.shape[0]
     start, end = int(top), int(bottom) + 1
-    for row in range(start, end + 1, 2):
-        other = min(row + 1, end)
-        share = np.float32(_passed_share(bottom - row) - _passed_share(top - row))
-        share2 = (
-            F0 if other == row else np.float32(_passed_share(bottom - other) - _passed_share(top - other))
-        )
+    for row in range(start, end + 1, 4):
+        row2, row3, row4 = min(row + 1, end), min(row + 2, end), min(row + 3, end)
+        share, share2 = _row_share(row, end, top, bottom), _row_share(row + 1, end, top, bottom)
+        share3, share4 = _row_share(row + 2, end, top, bottom), _row_share(row + 3, end, top, bottom)
+        kept = F0 if row == start else F1
         for channel in range(TEXTURE_CHANNELS):
             a, b = channel * across + low, channel * across + high
-            if row == start:
-                _set_rows(texture[row, a:b], texture[other, a:b], share, share2, added[a:b])
-            else:
-                _add_rows(texture[row, a:b], texture[other, a:b], share, share2, added[a:b])
+            _add_rows(
+                kept, texture[row, a:b], texture[row2, a:b], texture[row3, a:b], texture[row4, a:b], share, share2, share3, share4,
+                added[a:b],
+            )  # fmt: skip
 
 
 @kernel
