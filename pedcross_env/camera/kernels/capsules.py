@@ -1,6 +1,7 @@
 """Tapered capsules (limbs, trunks, poles) and spheres (heads, leaves).
 
-They are small and many, so that one fused loop over their pixels beats passes over row slices.
+They are small and many, so that one fused loop over their pixels beats passes over row slices; it has no branches, so that it
+runs in vectors.
 """
 
 from __future__ import annotations
@@ -9,12 +10,13 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import inlined, kernel
 from pedcross_env.camera.kernels.polygons import NEAR_M, grow
-from pedcross_env.camera.kernels.rows import F0, F1, HALF, nearness
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, TINY, nearness
 
 __all__ = ["draw_capsule"]
 
+LANES = 8
 MEAN_NZ = np.float32(-0.7854)  # of a cylinder's front over its width: -pi / 4
 
 
@@ -50,56 +52,98 @@ def _mean_light(seg, sun, head):
         seg[12] += np.float32(0.125) * max(F0, (head[0] * ex + head[1] * ey) * across + head[2] * nz)
 
 
+@inlined
+def _unite(k, x, dy, seg, thickness, layered, sun, head, old, behind):
+    """Shade a pixel of a capsule and unite it with what its object has there: coverage ``old`` at the inverse depth ``behind``.
+
+    Returns:
+        New coverage and inverse depth, shares of the old and of the new radiance; what that is made of: place along the capsule,
+        normal, cosines to the sun and the ego's lamps.
+    """
+    dx = x + np.float32(np.int32(k))
+    t = max(F0, min(F1, (dx * seg[2] + dy * seg[3]) * seg[4]))
+    px, py = dx - t * seg[2], dy - t * seg[3]
+    r = seg[5] + t * seg[6]
+    d = np.sqrt(px * px + py * py)
+    a = max(F0, min(F1, r - d + HALF) + min(F1, r + d + HALF) - F1)
+    scale = F1 / max(r, d + TINY)
+    nx, ny = px * scale, py * scale
+    nz = -np.sqrt(max(F0, F1 - nx * nx - ny * ny))
+    centre = seg[7] + seg[8] * t
+    inverse = centre / (F1 + seg[9] * nz * centre)
+    cos_sun = max(F0, sun[0] * nx + sun[1] * ny + sun[2] * nz)
+    cos_head = max(F0, head[0] * nx + head[1] * ny + head[2] * nz)
+    # what a pixel sees whole has the mean light of its width, not its centre's
+    point = max(F0, min(F1, r - HALF))
+    cos_sun, cos_head = seg[11] + point * (cos_sun - seg[11]), seg[12] + point * (cos_head - seg[12])
+    nx, ny, nz = point * nx, point * ny, MEAN_NZ + point * (nz - MEAN_NZ)
+    total = min(F1, a + old)
+    near = F0 if layered else nearness(inverse, behind, thickness)
+    front = near * a + (F1 - near) * (total - old)
+    back = near * min(F1, (F1 - a) / max(old, TINY)) + (F1 - near)
+    inverse = (behind * old * back + inverse * front) / max(total, TINY)
+    return total, inverse, back, front, t, nx, ny, nz, cos_sun, cos_head
+
+
+@kernel
+def _fill_grey(x, dy, seg, light, heads, sun, head, alpha, inverse, plane):
+    thickness, layered = np.float32(0.25) * seg[9] + np.float32(0.002), seg[10] > F0
+    for k in range(alpha.shape[0]):
+        alpha[k], inverse[k], back, front, t, nx, ny, nz, cos_sun, cos_head = _unite(
+            k, x, dy, seg, thickness, layered, sun, head, alpha[k], inverse[k]
+        )
+        value = light[0] + light[1] * nx + light[2] * ny + light[3] * nz + light[4] * cos_sun + light[5]
+        plane[k] = plane[k] * back + (value + (heads[0] + heads[1] * t) * cos_head) * front
+
+
+@kernel
+def _fill_colour(x, dy, seg, light, heads, sun, head, alpha, inverse, plane0, plane1, plane2):
+    thickness, layered = np.float32(0.25) * seg[9] + np.float32(0.002), seg[10] > F0
+    red, green, blue = light
+    for k in range(alpha.shape[0]):
+        alpha[k], inverse[k], back, front, t, nx, ny, nz, cos_sun, cos_head = _unite(
+            k, x, dy, seg, thickness, layered, sun, head, alpha[k], inverse[k]
+        )
+        value = red[0] + red[1] * nx + red[2] * ny + red[3] * nz + red[4] * cos_sun + red[5]
+        plane0[k] = plane0[k] * back + (value + (heads[0][0] + heads[0][1] * t) * cos_head) * front
+        value = green[0] + green[1] * nx + green[2] * ny + green[3] * nz + green[4] * cos_sun + green[5]
+        plane1[k] = plane1[k] * back + (value + (heads[1][0] + heads[1][1] * t) * cos_head) * front
+        value = blue[0] + blue[1] * nx + blue[2] * ny + blue[3] * nz + blue[4] * cos_sun + blue[5]
+        plane2[k] = plane2[k] * back + (value + (heads[2][0] + heads[2][1] * t) * cos_head) * front
+
+
+@inlined
+def _six(v):
+    return v[0], v[1], v[2], v[3], v[4], v[5]
+
+
 @kernel
 def _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse):
     """Shade and unite one row; see ``draw_capsule`` and ``rows.merge_row``.
 
     seg: u0, v0, du, dv, 1 / length^2, r0, dr (pixels), 1/z0, its slope, radius in metres, 1 if layered, mean cosines (2).
     """
-    u0, du, dv, inv, r0, dr = seg[0], seg[2], seg[3], seg[4], seg[5], seg[6]
-    dy = np.float32(row) + HALF - seg[1]
-    channels = planes.shape[0]
-    thickness = np.float32(0.25) * seg[9] + np.float32(0.002)
-    layered = seg[10] > F0
-    for i in range(f0, f1):
-        old = alpha[row, i]
-        if layered and old >= F1:
-            continue
-        dx = np.float32(i) + HALF - u0
-        t = max(F0, min(F1, (dx * du + dy * dv) * inv))
-        px, py = dx - t * du, dy - t * dv
-        r = r0 + t * dr
-        squared = px * px + py * py
-        if squared >= (r + HALF) * (r + HALF):
-            continue
-        d = np.sqrt(squared)
-        a = max(F0, min(F1, r - d + HALF) + min(F1, r + d + HALF) - F1)
-        scale = F1 / max(r, d + np.float32(1e-6))
-        nx, ny = px * scale, py * scale
-        nz = -np.sqrt(max(F0, F1 - nx * nx - ny * ny))
-        centre = seg[7] + seg[8] * t
-        depth_inverse = centre / (F1 + seg[9] * nz * centre)
-        near = F0 if layered else nearness(depth_inverse, inverse[row, i], thickness)
-        if near <= F0 and old >= F1:
-            continue
-        cos_sun = max(F0, sun[0] * nx + sun[1] * ny + sun[2] * nz)
-        cos_head = max(F0, head[0] * nx + head[1] * ny + head[2] * nz)
-        point = max(
-            F0, min(F1, r - HALF)
-        )  # what a pixel sees whole has the mean light of its width, not its centre's
-        cos_sun, cos_head = seg[11] + point * (cos_sun - seg[11]), seg[12] + point * (cos_head - seg[12])
-        nx, ny, nz = point * nx, point * ny, MEAN_NZ + point * (nz - MEAN_NZ)
-        total = min(F1, a + old)
-        front = near * a + (F1 - near) * (total - old)
-        back = near * min(F1, (F1 - a) / max(old, np.float32(1e-6))) + (F1 - near)
-        inverse[row, i] = (inverse[row, i] * old * back + depth_inverse * front) / max(
-            total, np.float32(1e-6)
-        )
-        alpha[row, i] = total
-        for c in range(channels):
-            field = light[c, 0] + light[c, 1] * nx + light[c, 2] * ny + light[c, 3] * nz
-            value = field + light[c, 4] * cos_sun + light[c, 5] + (heads[c, 0] + heads[c, 1] * t) * cos_head
-            planes[c, row, i] = planes[c, row, i] * back + value * front
+    # whole vectors: what a capsule does not touch does not change
+    wide = min(alpha.shape[1], (f1 - f0 + LANES - 1) // LANES * LANES)
+    f0 = min(f0, alpha.shape[1] - wide)
+    f1 = f0 + wide
+    facts = (
+        seg[0], seg[1], seg[2], seg[3], seg[4], seg[5], seg[6], seg[7], seg[8], seg[9], seg[10], seg[11], seg[12],
+    )  # fmt: skip
+    x, dy = np.float32(f0) + HALF - seg[0], np.float32(row) + HALF - seg[1]
+    towards, shining = (sun[0], sun[1], sun[2]), (head[0], head[1], head[2])
+    if planes.shape[0] == 1:
+        _fill_grey(
+            x, dy, facts, _six(light[0]), (heads[0, 0], heads[0, 1]), towards, shining, alpha[row, f0:f1], inverse[row, f0:f1],
+            planes[0, row, f0:f1],
+        )  # fmt: skip
+    else:
+        lit = (_six(light[0]), _six(light[1]), _six(light[2]))
+        beam = ((heads[0, 0], heads[0, 1]), (heads[1, 0], heads[1, 1]), (heads[2, 0], heads[2, 1]))
+        _fill_colour(
+            x, dy, facts, lit, beam, towards, shining, alpha[row, f0:f1], inverse[row, f0:f1],
+            planes[0, row, f0:f1], planes[1, row, f0:f1], planes[2, row, f0:f1],
+        )  # fmt: skip
 
 
 @kernel
