@@ -261,6 +261,9 @@ class ModelTable:
         face_detail: (F,) 0 bounds its polyhedron, 1 is painted on it, 2 is painted and seen near by only.
         face_plane: (F, 4) normal outwards, as long as the face has twice the area, and what it gives on the face.
         nominal: (M, 3) length, width, height.
+        face_middle: (F, 3) mean of its corners.
+        edge_beyond: (K,) for the edge from each of ``face_corners`` to its face's next: the face of the same polyhedron
+            that shares it, -1 where none does (painted faces share none).
     """
 
     points: np.ndarray
@@ -273,6 +276,8 @@ class ModelTable:
     face_detail: np.ndarray
     face_plane: np.ndarray
     nominal: np.ndarray
+    face_middle: np.ndarray
+    edge_beyond: np.ndarray
 
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
@@ -286,6 +291,24 @@ def _plane(corners: np.ndarray) -> np.ndarray:
     return np.append(normal, normal @ corners[0])
 
 
+def _beyond(part: Sequence[tuple[tuple[int, ...], int, int]], first: int) -> list[int]:
+    """Return for each edge of a part's faces the number of the face on its other side, which runs along it the other way.
+
+    Args:
+        part: Its faces: corners, material, 0 if it bounds the part.
+        first: Number of the first.
+    """
+    runs = [list(zip(face, face[1:] + face[:1], strict=True)) for face, _, _ in part]
+    bounding = [k for k, (_, _, painted) in enumerate(part) if painted == 0]
+    owner = {edge: k for k in bounding for edge in runs[k]}
+    beyond = []
+    for k, run in enumerate(runs):
+        for a, b in run:
+            other = owner.get((b, a)) if owner.get((a, b)) == k else None
+            beyond.append(-1 if other is None else first + other)
+    return beyond
+
+
 @lru_cache(maxsize=1)
 def model_table() -> ModelTable:
     """Build the table of all models registered so far."""
@@ -296,13 +319,17 @@ def model_table() -> ModelTable:
     material: list[int] = []
     detail: list[int] = []
     planes: list[np.ndarray] = []
+    middles: list[np.ndarray] = []
+    beyond: list[int] = []
     for model in models:
         points += model.points
         places = np.array(model.points)
         for part in model.parts:
+            beyond += _beyond(part, len(material))
             for face, surface, painted in part:
                 corners += face
                 planes.append(_plane(places[list(face)]))
+                middles.append(places[list(face)].mean(axis=0))
                 face_start.append(len(corners))
                 material.append(surface)
                 detail.append(painted)
@@ -313,4 +340,5 @@ def model_table() -> ModelTable:
     return ModelTable(
         np.array(points), as_int(model_points), as_int(model_parts), as_int(part_faces), as_int(face_start),
         as_int(corners), as_int(material), as_int(detail), np.array(planes), np.array([model.size for model in models]),
+        np.array(middles), as_int(beyond),
     )  # fmt: skip

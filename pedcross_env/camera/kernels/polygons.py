@@ -9,19 +9,18 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import inlined, kernel
 from pedcross_env.camera.kernels.rows import F0, F1, HALF
 
 __all__ = [
     "MAX_CORNERS",
     "NEAR_M",
     "cover_row",
-    "deposit",
-    "edge_steps",
     "grow",
     "project_clipped",
     "row_range",
     "slanted_edges",
+    "step_shares",
 ]
 
 NEAR_M = 0.1
@@ -76,33 +75,46 @@ def row_range(corners, count, height):
     return max(0, int(math.floor(max(low, -1.0)))), min(height, int(math.ceil(min(high, height + 1.0))))
 
 
-@kernel
-def deposit(x0, x1, d, out):
-    """Add an edge's steps of coverage: it crosses ``d`` of the row's height between columns x0 and x1 (0 to len(out) - 2)."""
-    if x0 > x1:
-        x0, x1 = x1, x0
+@inlined
+def step_shares(x0, x1, share, columns, out):
+    """Fill the steps of coverage, column by column, of an edge that crosses ``share`` of a row's height between x0 and x1.
+
+    The running sum over all edges of a polygon is the area that it has in common with each pixel of the row. What is left of the
+    columns begins with the first of them; an edge right of them leaves nothing in the two columns beyond the last.
+
+    Returns:
+        The first column and the number of columns, at least two.
+    """
+    x0, x1 = min(x0, x1), max(x0, x1)
+    outside = 0.0
+    if x0 < 0.0:
+        outside = share if x1 <= 0.0 else share * x0 / (x0 - x1)
+        share -= outside
+        x0, x1 = 0.0, max(x1, 0.0)
+    if x1 > columns:
+        share *= (columns - x0) / (x1 - x0) if x0 < columns else 0.0
+        x0, x1 = min(x0, columns + 0.0), columns + 0.0
     first = int(x0)
-    f0 = x0 - first
-    beyond = int(math.ceil(x1))
-    if beyond <= first + 1:
-        middle = d * (0.5 * (x0 + x1) - first)
-        out[first] += np.float32(d - middle)
-        out[first + 1] += np.float32(middle)
-        return
-    slope = 1.0 / (x1 - x0)
-    begin = 0.5 * slope * (1.0 - f0) * (1.0 - f0)
-    f1 = x1 - beyond + 1.0
-    end = 0.5 * slope * f1 * f1
-    out[first] += np.float32(d * begin)
-    if beyond == first + 2:
-        out[first + 1] += np.float32(d * (1.0 - begin - end))
+    n = max(2, int(math.ceil(x1)) - first + 1)
+    if n == 2:
+        middle = share * (0.5 * (x0 + x1) - first)
+        out[0] = share - middle + outside
+        out[1] = middle
     else:
-        second = slope * (1.5 - f0)
-        out[first + 1] += np.float32(d * (second - begin))
-        for k in range(first + 2, beyond - 1):
-            out[k] += np.float32(d * slope)
-        out[beyond - 1] += np.float32(d * (1.0 - second - (beyond - first - 3) * slope - end))
-    out[beyond] += np.float32(d * end)
+        slope = share / (x1 - x0)
+        f0, f1 = first + 1.0 - x0, x1 - (first + n - 2)
+        begin, end = 0.5 * slope * f0 * f0, 0.5 * slope * f1 * f1
+        out[0] = begin + outside
+        if n == 3:
+            out[1] = share - begin - end
+        else:
+            second = slope * (f0 + 0.5)
+            out[1] = second - begin
+            for k in range(2, n - 2):
+                out[k] = slope
+            out[n - 2] = share - second - (n - 4) * slope - end
+        out[n - 1] = end
+    return first, n
 
 
 @kernel
@@ -120,37 +132,6 @@ def slanted_edges(corners, count, out):
         out[n, 0], out[n, 1], out[n, 2], out[n, 3], out[n, 4] = y0, y1, x0, (x1 - x0) / (y1 - y0), sense
         n += 1
     return n
-
-
-@kernel
-def edge_steps(edge, row, width, out):
-    """Leave an edge's steps of coverage in ``out``; return the columns of the first and the last, none as (width, -1).
-
-    The running sum over all edges of a polygon is the area that it has in common with each pixel of the row. What an edge beyond
-    the image's right border would end reaches on to that border.
-    """
-    low, high = max(edge[0], row + 0.0), min(edge[1], row + 1.0)
-    if high - low <= 1e-12:
-        return width, -1
-    x0 = edge[2] + edge[3] * (low - edge[0])
-    x1 = x0 + edge[3] * (high - low)
-    if x0 > x1:
-        x0, x1 = x1, x0
-    d = edge[4] * (high - low)
-    if x0 >= width:
-        return width, width
-    first = int(x0) if x0 > 0.0 else 0
-    if x0 < 0.0:  # what is left of the image covers all from its first column on
-        part = 1.0 if x1 <= 0.0 else -x0 / (x1 - x0)
-        out[0] += np.float32(d * part)
-        if x1 <= 0.0:
-            return 0, 0
-        d, x0 = d * (1.0 - part), 0.0
-    if x1 > width:  # what is right of it covers nothing in it
-        part = (width - x0) / (x1 - x0)
-        d, x1 = d * part, width + 0.0
-    deposit(x0, x1, d, out)
-    return first, max(first + 1, int(math.ceil(x1)))
 
 
 @kernel

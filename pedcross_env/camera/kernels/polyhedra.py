@@ -1,36 +1,47 @@
-"""Convex polyhedra with painted details: the faces of one body add up to its hull's exact coverage, without seams."""
+"""Convex polyhedra with painted details: the faces of one body add up to its hull's exact coverage, without seams.
+
+Where two faces meet that are both seen, coverage does not change, and depth and colour change by their difference: such an edge is
+followed once. An edge is followed down many rows at a time; running sums along the rows then give the pixels.
+"""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numba import njit
 
-from pedcross_env.camera.kernels.jit import inlined, kernel
+from pedcross_env.camera.kernels.jit import INT, inlined, kernel
 from pedcross_env.camera.kernels.polygons import (
     MAX_CORNERS,
     NEAR_M,
-    edge_steps,
     grow,
     project_clipped,
-    row_range,
-    slanted_edges,
+    step_shares,
 )
-from pedcross_env.camera.kernels.rows import F0, F1, TINY, add_row, fill_row, merge_row
+from pedcross_env.camera.kernels.rows import F0, F1, TINY, add_row, merge_row
 
-__all__ = ["draw_polyhedron", "fineness", "polyhedron_work"]
+__all__ = ["PLACED", "draw_polyhedron", "fineness", "polyhedron_work"]
 
 MAX_FACES = 64
+MAX_ROWS, AREA_PX = 256, 4096  # worked on at a time: fits the caches
+NOWHERE = 1 << 30
 FINE_PX_PER_M = 18.0  # fine details are gone at this resolution, whole at twice of it
-STEPS, COVER, INVERSE, COLOUR, SLOPE = 0, 1, 2, 3, 6  # rows of the work space
+PLACED = 5  # a corner: x, y, z in camera coordinates, column and row where it is not nearer than NEAR_M
+STEPS, COVER, INVERSE, SLOPE, COLOUR = 0, 1, 2, 3, 4  # planes of the work space
+# an edge: row of its upper and of its lower end, column of its upper end, columns per row, and what begins right of it: coverage,
+# inverse depth (per column, per row, constant), colours
+TOP, BOTTOM, AT, LEAN, COVERS, PLANE, COLOURS = 0, 1, 2, 3, 4, 5, 8
 
 
 @njit(cache=True)
 def polyhedron_work(channels, width):
     """Allocate what ``draw_polyhedron`` works in."""
     return (
-        np.empty((MAX_CORNERS, 2)), np.empty((MAX_FACES, MAX_CORNERS, 5)), np.empty((MAX_FACES, 4), np.int64),
-        np.empty((MAX_FACES, 4)), np.empty((MAX_FACES, channels), np.float32), np.empty((MAX_CORNERS, 3)),
-        np.zeros((SLOPE + 1, width + 2), np.float32),
+        np.empty((MAX_FACES * MAX_CORNERS, COLOURS + channels)), np.empty((MAX_FACES, 3), np.int64),
+        np.empty((MAX_CORNERS, 3)), np.empty((MAX_CORNERS, 2)),
+        np.zeros((COLOUR + channels, max(AREA_PX, width + 2)), np.float32), np.empty(width + 3, np.float32),
+        np.empty((2, MAX_ROWS, 2), np.int64),
     )  # fmt: skip
 
 
@@ -40,161 +51,233 @@ def fineness(detail, focal, z):
     return 1.0 if detail < 2 else min(1.0, max(0.0, focal / (FINE_PX_PER_M * max(z, NEAR_M)) - 1.0))
 
 
-@kernel
-def _collect(
-    points, first, last, face_start, face_corners, details, planes, colours, base, optics, height, work
-):
-    """Project the faces that are seen; return their number and the rows they touch.
+@inlined
+def _line(x0, y0, x1, y1, edge):
+    """Fill where an edge runs; return its sense: 1 down, -1 up, 0 level."""
+    sense = 0.0 if abs(y1 - y0) < 1e-9 else (1.0 if y0 < y1 else -1.0)
+    edge[TOP], edge[BOTTOM] = min(y0, y1), max(y0, y1)
+    edge[AT] = x0 if y0 < y1 else x1
+    edge[LEAN] = (x1 - x0) / (y1 - y0)
+    return sense
 
-    Fills the work arrays: edges, (their number, painted, first row, row beyond), inverse-depth planes and strength, colours.
+
+@kernel
+def _begin(edge, sense, face, other, facing, colours):
+    """Fill what begins right of an edge of a face; ``other`` is the face that ends there, -1 for none."""
+    edge[COVERS] = sense if other < 0 else 0.0
+    for k in range(3):
+        edge[PLANE + k] = sense * (facing[face, k] - (facing[other, k] if other >= 0 else 0.0))
+    for c in range(colours.shape[1]):
+        edge[COLOURS + c] = sense * (colours[face, c] - (colours[other, c] if other >= 0 else F0))
+
+
+@kernel
+def _add_edges(face, n, base, whole, mesh, placed, facing, colours, optics, work):
+    """Append a face's edges, but those that a face before it has in common with it; return the number of edges."""
+    face_start, face_corners, _, beyond = mesh
+    edges, _, near, corners, _, _, _ = work
+    s, e = face_start[base + face], face_start[base + face + 1]
+    if whole:
+        for k in range(s, e):
+            other = beyond[k] - base
+            if other >= 0 and facing[other, 3] > 0.0:
+                if other < face:
+                    continue
+            else:
+                other = -1
+            p, q = placed[face_corners[k]], placed[face_corners[k + 1 if k + 1 < e else s]]
+            sense = _line(p[3], p[4], q[3], q[4], edges[n])
+            if sense != 0.0:
+                _begin(edges[n], sense, face, other, facing, colours)
+                n += 1
+        return n
+    for k in range(s, e):
+        for j in range(3):
+            near[k - s, j] = placed[face_corners[k], j]
+    count = project_clipped(near, e - s, optics[0], optics[1], optics[2], corners)
+    for i in range(count if count >= 3 else 0):
+        j = i + 1 if i + 1 < count else 0
+        sense = _line(corners[i, 0], corners[i, 1], corners[j, 0], corners[j, 1], edges[n])
+        if sense != 0.0:
+            _begin(edges[n], sense, face, -1, facing, colours)
+            n += 1
+    return n
+
+
+@kernel
+def _collect(first, last, base, whole, mesh, placed, facing, colours, optics, work):
+    """Gather the edges of the faces that are seen: those that bound the body, then those of each face painted on it.
+
+    Returns:
+        The number of edges that bound the body, and of painted faces, filled in: face, first edge, edge beyond the last.
     """
-    corners, edges, facts, slopes, shades, local, _ = work
-    focal, cx, cy = optics
-    n, top, bottom = 0, height, 0
-    for face in range(first, last):
-        plane = planes[face - base]
-        if plane[3] >= -1e-12 or n == MAX_FACES:
-            continue
-        s = face_start[face]
-        count = face_start[face + 1] - s
-        for i in range(count):
-            for k in range(3):
-                local[i, k] = points[face_corners[s + i], k]
-        clipped = project_clipped(local, count, focal, cx, cy, corners)
-        if clipped < 3:
-            continue
-        slopes[n, 3] = fineness(details[face], focal, local[0, 2])
-        facts[n, 0], facts[n, 1] = slanted_edges(corners, clipped, edges[n]), min(1, details[face])
-        facts[n, 2], facts[n, 3] = row_range(corners, clipped, height)
-        slopes[n, 0] = plane[0] / focal / plane[3]
-        slopes[n, 1] = plane[1] / focal / plane[3]
-        slopes[n, 2] = (plane[2] - (plane[0] * cx + plane[1] * cy) / focal) / plane[3]
-        for c in range(colours.shape[1]):
-            shades[n, c] = colours[face - base, c]
-        if details[face] == 0:
-            top, bottom = min(top, facts[n, 2]), max(bottom, facts[n, 3])
-        n += 1
-    return n, top, bottom
+    details, painted = mesh[2], work[1]
+    n = INT(0)
+    for face in range(first - base, last - base):
+        if facing[face, 3] > 0.0 and details[base + face] == 0:
+            n = _add_edges(face, n, base, whole, mesh, placed, facing, colours, optics, work)
+    bounding, paints = n, INT(0)
+    for face in range(first - base, last - base):
+        if facing[face, 3] > 0.0 and details[base + face] != 0:
+            painted[paints, 0], painted[paints, 1] = face, n
+            n = _add_edges(face, n, base, whole, mesh, placed, facing, colours, optics, work)
+            painted[paints, 2] = n
+            paints += 1 if n > painted[paints, 1] else 0
+    return bounding, paints
 
 
 @kernel
-def _body_row(n, row, width, work, channels):
-    """Add up the steps of all bounding faces, weighted by 1, inverse depth and colour; return the columns they touch."""
-    _, edges, facts, slopes, shades, _, sums = work
-    a, b = width, -1
-    steps = sums[STEPS]
-    for k in range(n):
-        if facts[k, 1] != 0 or not facts[k, 2] <= row < facts[k, 3]:
-            continue
-        constant, slope = np.float32(slopes[k, 1] * (row + 0.5) + slopes[k, 2]), np.float32(slopes[k, 0])
-        for e in range(facts[k, 0]):
-            first, last = edge_steps(edges[k, e], row, width, steps)
-            for i in range(first, last + 1):
-                d = steps[i]
-                steps[i] = F0
-                sums[COVER, i] += d
-                sums[INVERSE, i] += d * constant
-                sums[SLOPE, i] += d * slope
-                for c in range(channels):
-                    sums[COLOUR + c, i] += d * shades[k, c]
-            a, b = min(a, first), max(b, last)
-    return a, b
+def _box(edges, count, size):
+    """Return the rows (from, beyond) and columns (from, beyond) of the image that edges enclose."""
+    top, bottom, left, right = 1e9, -1e9, 1e9, -1e9
+    for e in range(count):
+        edge = edges[e]
+        below = edge[AT] + edge[LEAN] * (edge[BOTTOM] - edge[TOP])
+        top, bottom = min(top, edge[TOP]), max(bottom, edge[BOTTOM])
+        left, right = min(left, edge[AT], below), max(right, edge[AT], below)
+    height, width = size
+    top, bottom = max(top, 0.0), min(bottom, height + 0.0)
+    left, right = max(left, 0.0), min(right, width + 0.0)
+    if top >= bottom or left >= right:
+        return 0, 0, 0, 0
+    return int(top), int(math.ceil(bottom)), int(left), int(math.ceil(right))
 
 
 @kernel
-def _running_sums(cover, inverse, slope, colour):
-    a = b = c = d = F0
-    for i in range(cover.shape[0]):
-        a += cover[i]
-        b += inverse[i]
-        c += slope[i]
-        d += colour[i]
-        cover[i] = a
-        inverse[i] = b
-        slope[i] = c
-        colour[i] = d
+def _forget(touched, rows):
+    for r in range(rows):
+        touched[r, 0], touched[r, 1] = NOWHERE, 0
 
 
 @kernel
-def _running_sums_of_two(first, second):
-    a = b = F0
-    for i in range(first.shape[0]):
-        a += first[i]
-        b += second[i]
-        first[i] = a
-        second[i] = b
+def _step_body(edges, count, area, sums, shares, touched):
+    """Add the steps of coverage, inverse depth and colour at the edges that bound a body.
 
-
-@kernel
-def _mean_depth(xs, cover, slope, inverse):
-    for i in range(xs.shape[0]):
-        share = F1 / cover[i] if abs(cover[i]) > TINY else F0
-        inverse[i] = max(F0, (inverse[i] + slope[i] * xs[i]) * share)
-
-
-@kernel
-def _mean(cover, plane):
-    for i in range(plane.shape[0]):
-        plane[i] = plane[i] / cover[i] if abs(cover[i]) > TINY else F0
-
-
-@kernel
-def _unsigned(cover):
-    for i in range(cover.shape[0]):
-        cover[i] = min(F1, abs(cover[i]))
-
-
-@kernel
-def _paint(steps, cover, strength, value, plane):
-    for i in range(plane.shape[0]):
-        share = strength * min(F1, abs(steps[i]) / max(cover[i], TINY))
-        plane[i] += share * (value - plane[i])
-
-
-@kernel
-def _paint_row(k, row, a, b, width, work, channels):
-    """Paint one face over the body in columns a to b."""
-    _, edges, facts, slopes, shades, _, sums = work
-    steps = sums[STEPS]
-    first, last = width, -1
-    for e in range(facts[k, 0]):
-        f, g = edge_steps(edges[k, e], row, width, steps)
-        first, last = min(first, f), max(last, g)
-    total = F0
-    for i in range(first, last + 1):
-        total += steps[i]
-        steps[i] = total
-    f, g = max(first, a), min(last + 1, b)
-    if g > f:
-        for c in range(channels):
-            _paint(
-                sums[STEPS, f:g],
-                sums[COVER, f:g],
-                np.float32(slopes[k, 3]),
-                shades[k, c],
-                sums[COLOUR + c, f:g],
+    ``area`` is (first row, row beyond the last, first column, columns); ``touched`` has the columns of each row that have steps.
+    """
+    top, bottom, left, columns = area
+    colourful = sums.shape[0] > COLOUR + 1
+    for e in range(count):
+        edge = edges[e]
+        y0, y1, at, lean = edge[TOP], edge[BOTTOM], edge[AT] - left, edge[LEAN]
+        cover, slope, colour = np.float32(edge[COVERS]), np.float32(edge[PLANE]), np.float32(edge[COLOURS])
+        for row in range(max(top, int(math.floor(y0))), min(bottom, int(math.ceil(y1)))):
+            low, high = max(y0, row + 0.0), min(y1, row + 1.0)
+            first, n = step_shares(
+                at + lean * (low - y0), at + lean * (high - y0), high - low, columns, shares
             )
-    if last >= first:
-        fill_row(F0, sums[STEPS, first : last + 1])
+            r = row - top
+            k = r * (columns + 2) + first
+            inverse = np.float32(edge[PLANE + 1] * (row + 0.5) + edge[PLANE + 2])
+            for i in range(n):
+                share = shares[i]
+                sums[COVER, k + i] += share * cover
+                sums[INVERSE, k + i] += share * inverse
+                sums[SLOPE, k + i] += share * slope
+                sums[COLOUR, k + i] += share * colour
+            if colourful:
+                green, blue = np.float32(edge[COLOURS + 1]), np.float32(edge[COLOURS + 2])
+                for i in range(n):
+                    sums[COLOUR + 1, k + i] += shares[i] * green
+                    sums[COLOUR + 2, k + i] += shares[i] * blue
+            touched[r, 0], touched[r, 1] = min(touched[r, 0], first), max(touched[r, 1], first + n)
+
+
+@kernel
+def _sum_up(area, xs, sums, touched):
+    """Turn steps into coverage, inverse depth and colours by running sums along the rows."""
+    top, bottom, left, columns = area
+    colourful = sums.shape[0] > COLOUR + 1
+    for r in range(bottom - top):
+        a, b = touched[r, 0], min(columns, touched[r, 1])
+        at = r * (columns + 2)
+        cover = inverse = slope = red = green = blue = F0
+        for i in range(a, b):
+            cover += sums[COVER, at + i]
+            inverse += sums[INVERSE, at + i]
+            slope += sums[SLOPE, at + i]
+            red += sums[COLOUR, at + i]
+            share = F1 / cover if abs(cover) > TINY else F0
+            sums[COVER, at + i] = min(F1, abs(cover))
+            sums[INVERSE, at + i] = max(F0, (inverse + slope * xs[left + i]) * share)
+            sums[COLOUR, at + i] = red * share
+            if colourful:
+                green += sums[COLOUR + 1, at + i]
+                blue += sums[COLOUR + 2, at + i]
+                sums[COLOUR + 1, at + i] = green * share
+                sums[COLOUR + 2, at + i] = blue * share
+
+
+@kernel
+def _step_paint(edges, first, last, area, steps, shares, touched):
+    """Add the steps of coverage at the edges of one face; see ``_step_body``."""
+    top, bottom, left, columns = area
+    for e in range(first, last):
+        edge = edges[e]
+        y0, y1, at, lean, sense = edge[TOP], edge[BOTTOM], edge[AT] - left, edge[LEAN], edge[COVERS]
+        for row in range(max(top, int(math.floor(y0))), min(bottom, int(math.ceil(y1)))):
+            low, high = max(y0, row + 0.0), min(y1, row + 1.0)
+            f, n = step_shares(
+                at + lean * (low - y0), at + lean * (high - y0), sense * (high - low), columns, shares
+            )
+            r = row - top
+            k = r * (columns + 2) + f
+            for i in range(n):
+                steps[k + i] += shares[i]
+            touched[r, 0], touched[r, 1] = min(touched[r, 0], f), max(touched[r, 1], f + n)
+
+
+@kernel
+def _paint(strength, colour, area, sums, body, touched):
+    """Paint one face over the body's colours, where the body has pixels; clear its steps."""
+    top, bottom, _, columns = area
+    for r in range(bottom - top):
+        total = F0
+        at = r * (columns + 2)
+        for i in range(touched[r, 0], touched[r, 1]):
+            total += sums[STEPS, at + i]
+            sums[STEPS, at + i] = F0
+            if body[r, 0] <= i < body[r, 1]:
+                share = strength * min(F1, abs(total) / max(sums[COVER, at + i], TINY))
+                for c in range(colour.shape[0]):
+                    sums[COLOUR + c, at + i] += share * (colour[c] - sums[COLOUR + c, at + i])
+
+
+@kernel
+def _unite(area, sums, touched, scratch, spans, behind):
+    """Unite the pixels with their object's and clear the work space."""
+    top, bottom, left, columns = area
+    for r in range(bottom - top):
+        a, b = touched[r, 0], min(columns, touched[r, 1])
+        if b > a:
+            at = r * (columns + 2) + a
+            if behind:
+                add_row(sums, COLOUR, COVER, INVERSE, at, scratch, top + r, left + a, left + b)
+            else:
+                merge_row(sums, COLOUR, COVER, INVERSE, at, scratch, top + r, left + a, left + b)
+            grow(spans, top + r, left + a, left + b)
+    for k in range(COVER, sums.shape[0]):
+        for i in range((bottom - top) * (columns + 2)):
+            sums[k, i] = F0
 
 
 @kernel
 def draw_polyhedron(
-    points, first, last, face_start, face_corners, details, planes, colours, base, optics, xs, size, scratch, work, spans,
-    behind,
-):  # fmt: skip
+    first, last, base, whole, mesh, placed, facing, colours, optics, xs, size, scratch, work, spans, behind
+):
     """Draw one convex polyhedron into its object's scratch planes.
 
     Args:
-        points: (V, 3) float64 corners, camera coordinates.
         first: First face of the polyhedron.
         last: Beyond its last face.
-        face_start: (F + 1,) where a face's corners start in ``face_corners``.
-        face_corners: Corner indices, counter-clockwise seen from outside.
-        details: (F,) 1 where a face is painted on the others instead of bounding the body, 2 where it fades out with the distance.
-        planes: Of each face from ``base`` on the (3,) normal and what it gives at the face: 0 where it is not to be drawn.
+        base: First face that ``facing`` and ``colours`` have.
+        whole: Whether nothing of it is nearer than NEAR_M.
+        mesh: (where a face's corners start, the corners' numbers, 0 for a face that bounds the body and more for one that is painted
+            on it, the face beyond each edge) as camera.models.ModelTable.
+        placed: (V, PLACED) float64 corners.
+        facing: Of each face from ``base`` on its inverse depth per column, per row and constant, and how strongly it is painted:
+            0 where it is not to be drawn.
         colours: (C,) float32 radiance of each of them.
-        base: First face that ``planes`` and ``colours`` have.
         optics: (focal, cx, cy).
         xs: (W,) float32 pixel centres.
         size: (height, width).
@@ -203,34 +286,19 @@ def draw_polyhedron(
         spans: What the object covers, extended by ``grow``.
         behind: Whether it stands behind all that its object has already (see ``rows.add_row``), not among it by depth.
     """
-    height, width = size
-    facts, sums = work[2], work[6]
-    channels = scratch[0].shape[0]
-    n, top, bottom = _collect(
-        points, first, last, face_start, face_corners, details, planes, colours, base, optics, height, work
-    )
-    if bottom <= top:
-        return
-    for row in range(top, bottom):
-        a, beyond = _body_row(n, row, width, work, channels)
-        b = min(width, beyond)  # at the last step the sum is back at zero
-        if b > a:
-            cover = sums[COVER, a:b]
-            _running_sums(cover, sums[INVERSE, a:b], sums[SLOPE, a:b], sums[COLOUR, a:b])
-            if channels == 3:
-                _running_sums_of_two(sums[COLOUR + 1, a:b], sums[COLOUR + 2, a:b])
-            _mean_depth(xs[a:b], cover, sums[SLOPE, a:b], sums[INVERSE, a:b])
-            for c in range(channels):
-                _mean(cover, sums[COLOUR + c, a:b])
-            _unsigned(cover)
-            for k in range(n):
-                if facts[k, 1] == 1 and facts[k, 2] <= row < facts[k, 3]:
-                    _paint_row(k, row, a, b, width, work, channels)
-            if behind:
-                add_row(sums, COLOUR, COVER, INVERSE, a, scratch, row, a, b)
-            else:
-                merge_row(sums, COLOUR, COVER, INVERSE, a, scratch, row, a, b)
-            grow(spans, row, a, b)
-        if beyond >= a:
-            for k in range(COVER, SLOPE + 1):
-                fill_row(F0, sums[k, a : beyond + 1])
+    edges, painted, _, _, sums, shares, touched = work
+    count, paints = _collect(first, last, base, whole, mesh, placed, facing, colours, optics, work)
+    top, bottom, left, right = _box(edges, count, size)
+    columns = right - left
+    step = min(MAX_ROWS, sums.shape[1] // (columns + 2))
+    for row in range(top, bottom, step):
+        area = (row, min(bottom, row + step), left, columns)
+        _forget(touched[0], area[1] - row)
+        _step_body(edges, count, area, sums, shares, touched[0])
+        _sum_up(area, xs, sums, touched[0])
+        for p in range(paints):
+            face = painted[p, 0]
+            _forget(touched[1], area[1] - row)
+            _step_paint(edges, painted[p, 1], painted[p, 2], area, sums[STEPS], shares, touched[1])
+            _paint(np.float32(facing[face, 3]), colours[face], area, sums, touched[0], touched[1])
+        _unite(area, sums, touched[0], scratch, spans, behind)

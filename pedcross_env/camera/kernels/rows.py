@@ -67,7 +67,7 @@ def fill_row(value, out):
         out[i] = value
 
 
-@kernel
+@inlined
 def _merge_grey(cover, depth, colour, alpha, inverse, plane):
     for i in range(alpha.shape[0]):
         new, old = cover[i], alpha[i]
@@ -80,7 +80,7 @@ def _merge_grey(cover, depth, colour, alpha, inverse, plane):
         plane[i] = plane[i] * back + colour[i] * front
 
 
-@kernel
+@inlined
 def _merge_colour(cover, depth, red, green, blue, alpha, inverse, plane0, plane1, plane2):
     for i in range(alpha.shape[0]):
         new, old = cover[i], alpha[i]
@@ -95,7 +95,7 @@ def _merge_colour(cover, depth, red, green, blue, alpha, inverse, plane0, plane1
         plane2[i] = plane2[i] * back + blue[i] * front
 
 
-@kernel
+@inlined
 def merge_row(buf, colour, cover, depth, at, scratch, row, a, b):
     """Unite a primitive's pixels with its object: the nearer covers, coverage adds up to 1 (no seams).
 
@@ -123,7 +123,7 @@ def merge_row(buf, colour, cover, depth, at, scratch, row, a, b):
         )  # fmt: skip
 
 
-@kernel
+@inlined
 def _add_grey(cover, depth, colour, alpha, inverse, plane):
     for i in range(alpha.shape[0]):
         share = min(cover[i], F1 - alpha[i])
@@ -132,7 +132,7 @@ def _add_grey(cover, depth, colour, alpha, inverse, plane):
         plane[i] += colour[i] * share
 
 
-@kernel
+@inlined
 def _add_colour(cover, depth, red, green, blue, alpha, inverse, plane0, plane1, plane2):
     for i in range(alpha.shape[0]):
         share = min(cover[i], F1 - alpha[i])
@@ -143,7 +143,7 @@ def _add_colour(cover, depth, red, green, blue, alpha, inverse, plane0, plane1, 
         plane2[i] += blue[i] * share
 
 
-@kernel
+@inlined
 def add_row(buf, colour, cover, depth, at, scratch, row, a, b):
     """Add a primitive's pixels to its object behind all that was added before; see ``merge_row``.
 

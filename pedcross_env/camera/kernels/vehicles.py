@@ -16,7 +16,8 @@ from pedcross_env.camera.kernels.lighting import (
     head_irradiance,
     light_field,
 )
-from pedcross_env.camera.kernels.polyhedra import draw_polyhedron, fineness
+from pedcross_env.camera.kernels.polygons import NEAR_M
+from pedcross_env.camera.kernels.polyhedra import PLACED, draw_polyhedron, fineness
 
 __all__ = ["draw_vehicle", "vehicle_work"]
 
@@ -27,8 +28,8 @@ LUMA_R, LUMA_G, LUMA_B = 0.2126, 0.7152, 0.0722
 def vehicle_work(points, faces, channels):
     """Allocate what ``draw_vehicle`` works in: a model's corners and which are placed, its faces' planes and colours, vectors."""
     return (
-        np.empty((points, 3)), np.empty(points, np.int64), np.empty((faces, 4)), np.empty((faces, channels), np.float32),
-        np.empty(3), np.empty(3), np.empty(3), np.empty(3),
+        np.empty((points, PLACED)), np.empty(points, np.int64), np.empty((faces, 4)), np.empty((faces, channels), np.float32),
+        np.empty((4, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3),
     )  # fmt: skip
 
 
@@ -69,32 +70,47 @@ def _eye(actor, scale, camera, out):
 
 
 @kernel
-def _place_face(indices, points, first, actor, scale, rotation, camera, local, placed, centre, plane):
-    """Bring the corners of a face into camera coordinates, those that are not yet; fill its middle and plane there."""
+def _turn(actor, rotation, camera, out):
+    """Fill how a model's axes (columns of the first three rows) and its origin (the fourth) lie in camera coordinates."""
     c, s, cp, sp = math.cos(actor[3]), math.sin(actor[3]), math.cos(actor[4]), math.sin(actor[4])
-    n = indices.shape[0]
-    for i in indices:
-        if placed[i] != 0:
-            continue
-        placed[i] = 1
-        p = points[first + i]
-        x, y, z = p[0] * scale[0], p[1] * scale[1], p[2] * scale[2]
-        x, z = x * cp + z * sp, z * cp - x * sp  # nose down positive
-        dx, dy = actor[0] + c * x - s * y - camera[0], actor[1] + s * x + c * y - camera[1]
-        dz = actor[2] + z - camera[2]
-        for k in range(3):
-            local[i, k] = rotation[k, 0] * dx + rotation[k, 1] * dy + rotation[k, 2] * dz
+    dx, dy, dz = actor[0] - camera[0], actor[1] - camera[1], actor[2] - camera[2]
     for k in range(3):
-        centre[k] = plane[k] = 0.0
-    for i in range(n):  # Newell's normal
-        p, q = local[indices[i]], local[indices[i + 1 if i + 1 < n else 0]]
-        for k in range(3):
-            centre[k] += p[k] / n
-        plane[0] += (p[1] - q[1]) * (p[2] + q[2])
-        plane[1] += (p[2] - q[2]) * (p[0] + q[0])
-        plane[2] += (p[0] - q[0]) * (p[1] + q[1])
-    p = local[indices[0]]
-    plane[3] = plane[0] * p[0] + plane[1] * p[1] + plane[2] * p[2]
+        r0, r1, r2 = rotation[k, 0], rotation[k, 1], rotation[k, 2]
+        ahead = r0 * c + r1 * s
+        out[k, 0] = ahead * cp - r2 * sp  # nose down positive
+        out[k, 1] = r1 * c - r0 * s
+        out[k, 2] = ahead * sp + r2 * cp
+        out[3, k] = r0 * dx + r1 * dy + r2 * dz
+
+
+@kernel
+def _place(point, scale, turn, optics, out):
+    """Bring a point of the model into the camera: x, y, z and, where it can be seen, column and row."""
+    x, y, z = point[0] * scale[0], point[1] * scale[1], point[2] * scale[2]
+    for k in range(3):
+        out[k] = turn[k, 0] * x + turn[k, 1] * y + turn[k, 2] * z + turn[3, k]
+    if out[2] >= NEAR_M:
+        focal, cx, cy = optics
+        out[3], out[4] = cx + focal * out[0] / out[2], cy + focal * out[1] / out[2]
+
+
+@kernel
+def _middle_and_normal(middle, plane, scale, stretch, turn, centre, normal):
+    """Bring a face's middle and its normal, as long as the face has twice the area, into camera coordinates."""
+    x, y, z = middle[0] * scale[0], middle[1] * scale[1], middle[2] * scale[2]
+    nx, ny, nz = stretch * plane[0] / scale[0], stretch * plane[1] / scale[1], stretch * plane[2] / scale[2]
+    for k in range(3):
+        centre[k] = turn[k, 0] * x + turn[k, 1] * y + turn[k, 2] * z + turn[3, k]
+        normal[k] = turn[k, 0] * nx + turn[k, 1] * ny + turn[k, 2] * nz
+
+
+@kernel
+def _face_plane(normal, distance, optics, out):
+    """Fill a face's inverse depth per column, per row and constant, from n.p = distance."""
+    focal, cx, cy = optics
+    out[0] = normal[0] / (focal * distance)
+    out[1] = normal[1] / (focal * distance)
+    out[2] = normal[2] / distance - out[0] * cx - out[1] * cy
 
 
 @kernel
@@ -125,36 +141,49 @@ def draw_vehicle(
         spans: What the object covers, extended.
         behind: As ``draw_polyhedron``.
     """
-    points, model_points, model_parts, part_faces, face_start, corners, surface, detail, planes, nominal = (
-        vehicles
-    )
+    (
+        points, model_points, model_parts, part_faces, face_start, corners, surface, detail, planes, nominal, middles,
+        beyond,
+    ) = vehicles  # fmt: skip
     channels = scratch[0].shape[0]
     model = int(actor[5])
     first, count = model_points[model], model_points[model + 1] - model_points[model]
-    local, placed, facing, colours, scale, eye, rgb, albedo = car
-    centre, field, normal = work[0], work[1], eye
+    placed, known, facing, colours, turn, scale, eye, normal, rgb, albedo = car
+    centre, field = work[0], work[1]
     for k in range(3):
         scale[k] = actor[6 + k] / nominal[model, k]
     _eye(actor, scale, camera, eye)
-    ex, ey, ez = eye[0], eye[1], eye[2]
+    _turn(actor, rotation, camera, turn)
     for i in range(count):
-        placed[i] = 0
+        known[i] = 0
+    stretch = scale[0] * scale[1] * scale[2]
+    lit = lamps.shape[0] + beams.shape[0] > 0  # or the light is the same everywhere
+    light_field(turn[3], env, lamps, beams, table, field)
+    whole = True
     f0, f1 = part_faces[model_parts[model]], part_faces[model_parts[model + 1]]
     for face in range(f0, f1):
         plane, seen = planes[face], facing[face - f0]
         seen[3] = 0.0
-        if plane[0] * ex + plane[1] * ey + plane[2] * ez <= plane[3]:
+        height = stretch * (plane[0] * eye[0] + plane[1] * eye[1] + plane[2] * eye[2] - plane[3])
+        if height <= 1e-12:
             continue
-        indices = corners[face_start[face] : face_start[face + 1]]
-        _place_face(indices, points, first, actor, scale, rotation, camera, local, placed, centre, seen)
-        if fineness(detail[face], optics[0], local[indices[0], 2]) <= 0.0:
-            seen[3] = 0.0
-        if seen[3] >= -1e-12:
+        for k in range(face_start[face], face_start[face + 1]):
+            i = corners[k]
+            if known[i] == 0:
+                known[i] = 1
+                _place(points[first + i], scale, turn, optics, placed[i])
+                whole = whole and placed[i, 2] >= NEAR_M
+        seen[3] = fineness(detail[face], optics[0], placed[corners[face_start[face]], 2])
+        if seen[3] <= 0.0:
             continue
-        norm = math.sqrt(seen[0] ** 2 + seen[1] ** 2 + seen[2] ** 2) + 1e-12
+        _middle_and_normal(middles[face], plane, scale, stretch, turn, centre, normal)
+        _face_plane(normal, -height, optics, seen)
+        size2 = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]
+        shorten = 1.0 / (math.sqrt(size2) + 1e-12)
         for k in range(3):
-            normal[k] = seen[k] / norm
-        light_field(centre, env, lamps, beams, table, field)
+            normal[k] *= shorten
+        if lit:
+            light_field(centre, env, lamps, beams, table, field)
         head = head_irradiance(centre, env, table, env[ENV_BETA])
         m = surface[face]
         for k in range(3):
@@ -166,8 +195,8 @@ def draw_vehicle(
                 colours[face - f0, k] = rgb[k]
         else:
             colours[face - f0, 0] = LUMA_R * rgb[0] + LUMA_G * rgb[1] + LUMA_B * rgb[2]
+    mesh = (face_start, corners, detail, beyond)
     for part in range(model_parts[model], model_parts[model + 1]):
         draw_polyhedron(
-            local, part_faces[part], part_faces[part + 1], face_start, corners, detail, facing, colours, f0, optics, xs, size, scratch,
-            hulls, spans, behind,
+            part_faces[part], part_faces[part + 1], f0, whole, mesh, placed, facing, colours, optics, xs, size, scratch, hulls, spans, behind,
         )  # fmt: skip
