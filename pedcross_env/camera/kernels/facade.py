@@ -15,21 +15,24 @@ from pedcross_env.camera.kernels.facade_light import (
     to_luminance,
 )
 from pedcross_env.camera.kernels.facade_pattern import (
+    ground_pattern,
     lit_windows,
     pattern_of,
     place_pixels,
     plain_pattern,
-    window_pattern,
+    upper_pattern,
 )
 from pedcross_env.camera.kernels.jit import INT, kernel
 from pedcross_env.camera.kernels.lighting import ENV_BEAM, ENV_LAMP, ENV_WINDOW
 from pedcross_env.camera.kernels.polygons import (
     MAX_CORNERS,
     NEAR_M,
+    cover_between,
     cover_row,
     grow,
     row_range,
     slanted_edges,
+    upright_borders,
 )
 from pedcross_env.camera.kernels.rows import F0, F1, add_row
 
@@ -59,66 +62,35 @@ def _slopes(direction, optics):
 
 
 @njit(cache=True)
-def panel_work():
+def panel_work(width):
     """Allocate what ``draw_panel`` works in."""
     return (
         np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((4096, 3), np.int64), np.empty(2, np.int64),
-        np.empty((MAX_CORNERS, 5)),
+        np.empty((MAX_CORNERS, 5)), np.zeros((2, width + 3), np.float32),
     )  # fmt: skip
 
 
 @kernel
-def _upright_row(edges, sides, row, width, out):
-    """Cover a row whose two borders are steep lines, as most are; return its columns, (-1, -1) for any other."""
-    left = right = -1
-    for e in range(sides):
-        if edges[e, 0] < row + 1.0 and edges[e, 1] > row:
-            if left >= 0 or edges[e, 0] > row or edges[e, 1] < row + 1.0:
-                return -1, -1
-            left, right = right, e
-    if left < 0:
-        return -1, -1
-    x0 = edges[left, 2] + edges[left, 3] * (row - edges[left, 0])
-    x1 = edges[right, 2] + edges[right, 3] * (row - edges[right, 0])
-    y0, y1 = x0 + edges[left, 3], x1 + edges[right, 3]
-    if x0 + y0 > x1 + y1:
-        x0, y0, x1, y1 = x1, y1, x0, y0
-    a, b = 0, width
-    if x0 > 0.0 or y0 > 0.0:
-        if x0 < 0.0 or y0 < 0.0 or x0 >= width:
-            return -1, -1
-        a = int(x0)
-        if a != int(y0):
-            return -1, -1
-    if x1 < width or y1 < width:
-        if x1 >= width or y1 >= width or x1 < 0.0:
-            return -1, -1
-        b = int(x1) + 1
-        if b != int(y1) + 1:
-            return -1, -1
-    for i in range(b - a):
-        out[i] = F1
-    if x0 > 0.0:
-        out[0] -= np.float32(0.5 * (x0 + y0) - a)
-    if x1 < width:
-        out[b - 1 - a] -= np.float32(b - 0.5 * (x1 + y1))
-    return a, b
-
-
-@kernel
-def _list_pixels(edges, sides, row, bottom, width, xs, listed, full, buf):
+def _list_pixels(edges, sides, row, bottom, xs, rows, listed, full, buf):
     """List a part's pixels from ``row`` on after those that are listed already, until there are enough.
 
-    ``full`` holds the number of pixels and of the entries (row, first column, column beyond the last) in ``listed``.
+    ``rows`` are two rows to work in; ``full`` holds the number of pixels and of the entries (row, first column, column beyond the
+    last) in ``listed``.
 
     Returns:
         The row to go on from.
     """
-    n, entries = full[0], full[1]
+    n, entries, width = full[0], full[1], xs.shape[0]
+    until = row
+    first = second = -1
     while row < bottom and n < CHUNK:
-        a, b = _upright_row(edges, sides, row, width, buf[COVER, n:])
-        if a < 0:
-            a, b = cover_row(edges, sides, row, width, buf[COVER, n:])
+        if row >= until:
+            first, second, until = upright_borders(edges, sides, row)
+        cover = buf[COVER, n:]
+        if row < until:
+            a, b = cover_between(edges[first], edges[second], row, width, cover)
+        else:
+            a, b = cover_row(edges, sides, row, width, rows[0], rows[1], cover)
         if b > a:
             listed[entries, 0], listed[entries, 1], listed[entries, 2] = row, a, b
             entries += 1
@@ -145,14 +117,32 @@ def _shade(panel, n, geometry, layout, light, channels, buf, vectors):
     x, y, inverse = buf[X, :n], buf[Y, :n], buf[INVERSE, :n]
     s, t, ws, wt = buf[S, :n], buf[T, :n], buf[WS, :n], buf[WT, :n]
     stone, trim, pane, shade = buf[STONE, :n], buf[TRIM, :n], buf[PANE, :n], buf[SHADE, :n]
-    place_pixels(
-        x, y, plane[0], plane[1], plane[2], least, most, along, rise, shift_s, shift_t, inverse, s, t, ws, wt
-    )
     base_z, masonry = np.float32(panel[17]), np.float32(panel[24])
-    if panel[11] > 0:
-        window_pattern(s, t, ws, wt, base_z, upper, ground, stone, trim, pane, shade)
+    below, above = place_pixels(
+        x,
+        y,
+        plane[0],
+        plane[1],
+        plane[2],
+        least,
+        most,
+        along,
+        rise,
+        shift_s,
+        shift_t,
+        inverse,
+        s,
+        t,
+        ws,
+        wt,
+        ground[0],
+    )
+    if panel[11] > 0 and above > 0:
+        upper_pattern(s, t, ws, wt, base_z, upper, ground[0], stone, trim, pane, shade)
     else:
         plain_pattern(t, base_z, stone, trim, pane, shade)
+    if panel[11] > 0 and below > 0:
+        ground_pattern(s, t, ws, wt, ground, stone, trim, pane)
     night = env[ENV_LAMP] > 0 or env[ENV_BEAM] > 0
     windows = env[ENV_WINDOW] > 0 and panel[11] > 0
     if channels == 1 and not night and not windows:
@@ -214,9 +204,9 @@ def draw_panel(
     (maps, rows, columns) lx, right and left fronts first, ``map_frame`` (start x, step).
     """
     focal, cx, cy = optics
-    height, width = size
+    height = size[0]
     corners, counts, parts = seen
-    axis, normal, up, origin, point, listed, full, edges = work
+    axis, normal, up, origin, point, listed, full, edges, rows = work
     for k in range(3):
         axis[k] = rotation[k, 0] * panel[3] + rotation[k, 1] * panel[4]
         normal[k] = rotation[k, 0] * panel[4] - rotation[k, 1] * panel[3]
@@ -245,7 +235,7 @@ def draw_panel(
         sides = slanted_edges(corners[part], counts[part], edges)
         row, bottom = row_range(corners[part], counts[part], height)
         while row < bottom:
-            row = _list_pixels(edges, sides, row, bottom, width, xs, listed, full, buf)
+            row = _list_pixels(edges, sides, row, bottom, xs, rows, listed, full, buf)
             if full[0] >= CHUNK:
                 _shade(panel, full[0], geometry, layout, light, channels, buf, (normal, point))
                 _add_rows(listed, full[1], scratch, buf, spans)

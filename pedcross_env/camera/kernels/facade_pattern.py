@@ -9,10 +9,18 @@ import numpy as np
 from pedcross_env.camera.kernels.jit import inlined, kernel
 from pedcross_env.camera.kernels.rows import F0, F1, HALF, hash01
 
-__all__ = ["lit_windows", "pattern_of", "place_pixels", "plain_pattern", "window_pattern"]
+__all__ = [
+    "ground_pattern",
+    "lit_windows",
+    "pattern_of",
+    "place_pixels",
+    "plain_pattern",
+    "upper_pattern",
+]
 
 TWO = np.float32(2.0)
 MARGIN = np.float32(0.09)  # width of a window frame
+LEDGE = np.float32(0.3)  # below the upper storeys
 LEAST_HALF = np.float32(2e-4)  # of a pixel's extent, metres
 
 
@@ -35,7 +43,7 @@ def _interval(low_end, high_end, low, high):
 
 @kernel
 def pattern_of(panel):
-    """Return the patterns of the upper storeys and of the ground floor, as ``window_pattern`` takes them."""
+    """Return the patterns of the upper storeys and of the ground floor, as ``upper_pattern`` and ``ground_pattern`` take them."""
     bay, storey = np.float32(max(panel[11], 0.5)), np.float32(max(panel[12], 0.5))
     floor, low_bay, low_duty = np.float32(panel[19]), np.float32(max(panel[20], 0.5)), np.float32(panel[21])
     duty_s, duty_t = np.float32(panel[13]), np.float32(panel[14])
@@ -47,13 +55,17 @@ def pattern_of(panel):
 
 
 @kernel
-def place_pixels(xs, ys, v0, v1, v2, least, most, along, up, shift_s, shift_t, inverse, s, t, ws, wt):
+def place_pixels(xs, ys, v0, v1, v2, least, most, along, up, shift_s, shift_t, inverse, s, t, ws, wt, floor):
     """Inverse depth, position on the panel and the pixel's extent there: all rational in column and row.
 
     A box as wide as the gradient is long has the variance of the true footprint (two boxes folded), and so its edges' width.
+
+    Returns:
+        How many pixels reach below the height ``floor``, and how many above.
     """
     s0, s1, s2 = along
     t0, t1, t2 = up
+    below = above = np.int32(0)
     for i in range(xs.shape[0]):
         x, y = xs[i], ys[i]
         inv = min(most, max(least, v0 + v1 * x + v2 * y))  # a pixel's middle may lie beyond the panel's edge
@@ -67,11 +79,15 @@ def place_pixels(xs, ys, v0, v1, v2, least, most, along, up, shift_s, shift_t, i
         ws[i] = np.sqrt(across * across + down * down) * z2
         across, down = t1 * inv - b * v1, t2 * inv - b * v2
         wt[i] = np.sqrt(across * across + down * down) * z2
+        half = max(HALF * wt[i], LEAST_HALF)
+        below = np.int32(below + np.int32(t[i] - half < floor))  # as wide as the rest
+        above = np.int32(above + np.int32(t[i] + half > floor))
+    return below, above
 
 
 @kernel
-def window_pattern(s, t, ws, wt, base_z, upper, ground, stone, trim, pane, shade):
-    """Band-limited pattern of a front.
+def upper_pattern(s, t, ws, wt, base_z, upper, floor, stone, trim, pane, shade):
+    """Band-limited pattern of a front above its ground floor.
 
     Args:
         s: Along the panel, metres.
@@ -80,36 +96,24 @@ def window_pattern(s, t, ws, wt, base_z, upper, ground, stone, trim, pane, shade
         wt: And up.
         base_z: Height of the panel's foot.
         upper: (bay, storey, window share along, up, phase along, up, cornice height).
-        ground: (height of the ground floor, its bay, window share, phase, sill, lintel).
-        stone: Filled: cover of the ground floor's wall.
+        floor: Height of the ground floor.
+        stone: Filled: cover of the ground floor's wall, none.
         trim: Of cornices and window frames.
         pane: Of glass.
         shade: Share of the light that reaches so deep into the street.
     """
     bay, storey, duty_s, duty_t, phase_s, phase_t, cornice = upper
-    floor, low_bay, low_duty, low_phase, sill, lintel = ground
-    ms, mt, ml = MARGIN / bay, MARGIN / storey, MARGIN / low_bay
-    thin_s, thin_t, thin_l = (
-        max(F0, duty_s - TWO * ms),
-        max(F0, duty_t - TWO * mt),
-        max(F0, low_duty - TWO * ml),
-    )
-    inv_bay, inv_storey, inv_low = F1 / bay, F1 / storey, F1 / low_bay
+    ms, mt = MARGIN / bay, MARGIN / storey
+    thin_s, thin_t = max(F0, duty_s - TWO * ms), max(F0, duty_t - TWO * mt)
+    inv_bay, inv_storey = F1 / bay, F1 / storey
     for i in range(s.shape[0]):
         half = max(HALF * ws[i], LEAST_HALF)
-        rate = HALF / half
+        scale = bay * (HALF / half)
         first, last = (s[i] - half) * inv_bay - phase_s, (s[i] + half) * inv_bay - phase_s
         n, m = np.floor(first), np.floor(last)
         first, last = first - n, last - m  # place within the bay, of the pixel's either border
-        outer = ((m - n) * duty_s + (min(last, duty_s) - min(first, duty_s))) * (bay * rate)
-        inner = ((m - n) * thin_s + (_clamp(last - ms, thin_s) - _clamp(first - ms, thin_s))) * (bay * rate)
-        first, last = (s[i] - half) * inv_low - low_phase, (s[i] + half) * inv_low - low_phase
-        n, m = np.floor(first), np.floor(last)
-        first, last = first - n, last - m
-        low_outer = ((m - n) * low_duty + (min(last, low_duty) - min(first, low_duty))) * (low_bay * rate)
-        low_inner = ((m - n) * thin_l + (_clamp(last - ml, thin_l) - _clamp(first - ml, thin_l))) * (
-            low_bay * rate
-        )
+        outer = ((m - n) * duty_s + (min(last, duty_s) - min(first, duty_s))) * scale
+        inner = ((m - n) * thin_s + (_clamp(last - ms, thin_s) - _clamp(first - ms, thin_s))) * scale
         half = max(HALF * wt[i], LEAST_HALF)
         inv = HALF / half
         low, high = t[i] - half, t[i] + half
@@ -120,19 +124,42 @@ def window_pattern(s, t, ws, wt, base_z, upper, ground, stone, trim, pane, shade
         zone = (above_cornice - above_floor) * inv * inv * storey
         up_outer = ((m - n) * duty_t + (min(last, duty_t) - min(first, duty_t))) * zone
         up_inner = ((m - n) * thin_t + (_clamp(last - mt, thin_t) - _clamp(first - mt, thin_t))) * zone
-        door_outer = _interval(low, high, sill, lintel) * inv
-        door_inner = _interval(low, high, sill + MARGIN, lintel - MARGIN) * inv
-        glass, low_glass = inner * up_inner, low_inner * door_inner
-        frame = max(F0, outer * up_outer - glass) + max(F0, low_outer * door_outer - low_glass)
-        below_ledge = min(max(floor - np.float32(0.3), low), high)
-        band = ((above_floor - below_ledge) + (high - above_cornice)) * inv
-        glass += low_glass
-        stone[i] = (above_floor - low) * inv
+        glass = inner * up_inner
+        frame = max(F0, outer * up_outer - glass)
+        stone[i] = F0
         pane[i] = glass
-        trim[i] = min(
-            F1 - glass, band + frame
-        )  # a share of the pixel, as panes are: it takes from the wall alone
+        # a share of the pixel, as panes are: it takes from the wall alone
+        trim[i] = min(F1 - glass, (high - above_cornice) * inv + frame)
         shade[i] = np.float32(0.72) + np.float32(0.28) * min(F1, (t[i] + base_z) * np.float32(0.2))
+
+
+@kernel
+def ground_pattern(s, t, ws, wt, ground, stone, trim, pane):
+    """Add the ground floor's pattern: its wall, windows and ledge; arguments as ``upper_pattern``.
+
+    ``ground`` is (height of the ground floor, its bay, window share, phase, sill, lintel).
+    """
+    floor, bay, duty, phase, sill, lintel = ground
+    margin, inv_bay = MARGIN / bay, F1 / bay
+    thin = max(F0, duty - TWO * margin)
+    for i in range(s.shape[0]):
+        half = max(HALF * ws[i], LEAST_HALF)
+        scale = bay * (HALF / half)
+        first, last = (s[i] - half) * inv_bay - phase, (s[i] + half) * inv_bay - phase
+        n, m = np.floor(first), np.floor(last)
+        first, last = first - n, last - m
+        outer = ((m - n) * duty + (min(last, duty) - min(first, duty))) * scale
+        inner = ((m - n) * thin + (_clamp(last - margin, thin) - _clamp(first - margin, thin))) * scale
+        half = max(HALF * wt[i], LEAST_HALF)
+        inv = HALF / half
+        low, high = t[i] - half, t[i] + half
+        glass = inner * (_interval(low, high, sill + MARGIN, lintel - MARGIN) * inv)
+        frame = max(F0, outer * (_interval(low, high, sill, lintel) * inv) - glass)
+        below_floor = min(max(floor, low), high)
+        below_ledge = min(max(floor - LEDGE, low), high)
+        stone[i] = (below_floor - low) * inv
+        pane[i] += glass
+        trim[i] = min(F1 - pane[i], trim[i] + (below_floor - below_ledge) * inv + frame)
 
 
 @kernel

@@ -10,17 +10,19 @@ import math
 import numpy as np
 
 from pedcross_env.camera.kernels.jit import inlined, kernel
-from pedcross_env.camera.kernels.rows import F0, F1, HALF
+from pedcross_env.camera.kernels.rows import F0, F1
 
 __all__ = [
     "MAX_CORNERS",
     "NEAR_M",
+    "cover_between",
     "cover_row",
     "grow",
     "project_clipped",
     "row_range",
     "slanted_edges",
     "step_shares",
+    "upright_borders",
 ]
 
 NEAR_M = 0.1
@@ -55,7 +57,7 @@ def project_clipped(points, count, focal, cx, cy, out):
     return n
 
 
-@kernel
+@inlined
 def grow(spans, row, a, b):
     """Extend what an object covers: columns a to b of a row.
 
@@ -135,69 +137,80 @@ def slanted_edges(corners, count, out):
 
 
 @kernel
-def _add_constant(value, out):
-    for i in range(out.shape[0]):
-        out[i] += value
-
-
-@kernel
-def _add_slanted(x0, x1, d, out):
-    """Add what lies right of a line that crosses ``d`` of the row's height evenly between columns x0 and x1."""
-    inv = F1 / (x1 - x0)
-    for i in range(out.shape[0]):
-        left = np.float32(np.int32(i))  # 32 bits: twice as many at a time
-        right = left + F1
-        p, q = min(max(left, x0), x1), min(max(right, x0), x1)
-        out[i] += d * ((right - q) + (q - p) * (HALF * (p + q) - x0) * inv)
-
-
-@kernel
-def _unsigned(out):
-    for i in range(out.shape[0]):
-        out[i] = min(F1, abs(out[i]))
-
-
-@kernel
-def cover_row(edges, count, row, width, out):
-    """Exact share of each pixel of a row that a convex polygon covers: what lies right of its edges, with their senses.
+def cover_row(edges, count, row, width, shares, steps, out):
+    """Exact share of each pixel of a row that a convex polygon covers.
 
     Args:
         edges: (E, 5) from ``slanted_edges``.
         count: E.
         row: Which row.
         width: Of the image.
+        shares: (>= W + 2,) work space.
+        steps: (>= W + 2,) zeroed; zeroed again on return.
         out: Filled from 0 with the coverage of the columns returned.
 
     Returns:
         First column and the column beyond the last.
     """
-    low, high = width + 0.0, 0.0
+    a, last = width, 0
     for e in range(count):
         y0, y1 = max(edges[e, 0], row + 0.0), min(edges[e, 1], row + 1.0)
-        if y1 - y0 > 1e-12:
-            x0 = edges[e, 2] + edges[e, 3] * (y0 - edges[e, 0])
-            x1 = x0 + edges[e, 3] * (y1 - y0)
-            low, high = min(low, x0, x1), max(high, x0, x1)
-    a, b = int(max(low, 0.0)), int(math.ceil(min(high, width + 0.0)))
-    if b <= a:
-        return 0, 0
-    for i in range(b - a):
-        out[i] = F0
-    for e in range(count):
-        y0, y1 = max(edges[e, 0], row + 0.0), min(edges[e, 1], row + 1.0)
-        if y1 - y0 <= 1e-12:
+        if y1 <= y0:
             continue
-        x0 = edges[e, 2] + edges[e, 3] * (y0 - edges[e, 0]) - a
-        x1 = x0 + edges[e, 3] * (y1 - y0)
-        if x0 > x1:
-            x0, x1 = x1, x0
-        if x1 - x0 < 1e-3:  # as good as upright
-            x0, x1 = 0.5 * (x0 + x1) - 5e-4, 0.5 * (x0 + x1) + 5e-4
-        first, last = int(min(max(x0, 0.0), b - a)), int(math.ceil(min(max(x1, 0.0), b - a)))
-        d = np.float32(edges[e, 4] * (y1 - y0))
-        if last > first:
-            _add_slanted(np.float32(x0 - first), np.float32(x1 - first), d, out[first:last])
-        if b - a > last:
-            _add_constant(d, out[last : b - a])
-    _unsigned(out[: b - a])
+        x0, x1 = (
+            edges[e, 2] + edges[e, 3] * (y0 - edges[e, 0]),
+            edges[e, 2] + edges[e, 3] * (y1 - edges[e, 0]),
+        )
+        first, n = step_shares(x0, x1, edges[e, 4] * (y1 - y0), width, shares)
+        for i in range(n):
+            steps[first + i] += shares[i]
+        a, last = min(a, first), max(last, first + n - 1)
+    total = F0
+    for i in range(last - a):
+        total += steps[a + i]
+        steps[a + i] = F0
+        out[i] = min(F1, abs(total))
+    steps[last] = F0
+    return a, min(last, width)
+
+
+@inlined
+def upright_borders(edges, count, row):
+    """Return the two edges that alone bound a row and the rows after it, and the row where that ends: at once if there are more."""
+    first = second = -1
+    end = 1e9
+    for e in range(count):
+        if edges[e, 0] < row + 1.0 and edges[e, 1] > row:
+            end = row if second >= 0 or edges[e, 0] > row else min(end, edges[e, 1])
+            first, second = e, first
+    until = int(end) if second >= 0 else row
+    return first, second, until
+
+
+@inlined
+def left_of(x0, x1, column):
+    """Share of a pixel left of a line that crosses its row evenly between columns x0 and x1."""
+    p, q = min(max(x0, column), column + 1.0), min(max(x1, column), column + 1.0)
+    if x0 >= column and x1 <= column + 1.0:
+        share = 0.5 * (x0 + x1) - column
+    else:
+        share = (q - column) - (q - p) * (0.5 * (p + q) - x0) / (x1 - x0)
+    return np.float32(share)
+
+
+@inlined
+def cover_between(first, second, row, width, out):
+    """Exact coverage of a row between two edges of a polygon that cross it from top to bottom; see ``cover_row``."""
+    x0, y0 = first[2] + first[3] * (row - first[0]), first[2] + first[3] * (row + 1.0 - first[0])
+    x1, y1 = second[2] + second[3] * (row - second[0]), second[2] + second[3] * (row + 1.0 - second[0])
+    if x0 + y0 > x1 + y1:
+        x0, y0, x1, y1 = x1, y1, x0, y0
+    x0, y0, x1, y1 = min(x0, y0), max(x0, y0), min(x1, y1), max(x1, y1)
+    a, b = int(min(max(x0, 0.0), width)), int(math.ceil(min(max(y1, 0.0), width)))
+    for i in range(b - a):
+        out[i] = F1
+    for i in range(min(b, int(math.ceil(y0))) - a):
+        out[i] -= left_of(x0, y0, a + i)
+    for i in range(max(0, int(min(x1, b + 0.0)) - a), b - a):
+        out[i] = max(F0, out[i] - (F1 - left_of(x1, y1, a + i)))
     return a, b

@@ -153,7 +153,7 @@ def _forget(touched, rows):
 def _step_body(edges, count, area, sums, shares, touched):
     """Add the steps of coverage, inverse depth and colour at the edges that bound a body.
 
-    ``area`` is (first row, row beyond the last, first column, columns); ``touched`` has the columns of each row that have steps.
+    ``area`` is (first row, row beyond the last, first column, columns); ``touched`` has the columns of each row's first and last step.
     """
     top, bottom, left, columns = area
     colourful = sums.shape[0] > COLOUR + 1
@@ -180,7 +180,7 @@ def _step_body(edges, count, area, sums, shares, touched):
                 for i in range(n):
                     sums[COLOUR + 1, k + i] += shares[i] * green
                     sums[COLOUR + 2, k + i] += shares[i] * blue
-            touched[r, 0], touched[r, 1] = min(touched[r, 0], first), max(touched[r, 1], first + n)
+            touched[r, 0], touched[r, 1] = min(touched[r, 0], first), max(touched[r, 1], first + n - 1)
 
 
 @kernel
@@ -224,7 +224,7 @@ def _step_paint(edges, first, last, area, steps, shares, touched):
             k = r * (columns + 2) + f
             for i in range(n):
                 steps[k + i] += shares[i]
-            touched[r, 0], touched[r, 1] = min(touched[r, 0], f), max(touched[r, 1], f + n)
+            touched[r, 0], touched[r, 1] = min(touched[r, 0], f), max(touched[r, 1], f + n - 1)
 
 
 @kernel
@@ -241,6 +241,7 @@ def _paint(strength, colour, area, sums, body, touched):
                 share = strength * min(F1, abs(total) / max(sums[COVER, at + i], TINY))
                 for c in range(colour.shape[0]):
                     sums[COLOUR + c, at + i] += share * (colour[c] - sums[COLOUR + c, at + i])
+        sums[STEPS, at + touched[r, 1]] = F0
 
 
 @kernel

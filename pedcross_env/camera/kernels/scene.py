@@ -290,7 +290,7 @@ def draw_scene(
     spans = np.empty((size[0] + 1, 2), np.int32)
     spans[:, 0], spans[:, 1] = NOWHERE, 0
     channels = frame[0].shape[0]
-    work, hulls, fronts = _capsule_work(channels), polyhedron_work(channels, size[1]), panel_work()
+    work, hulls, fronts = _capsule_work(channels), polyhedron_work(channels, size[1]), panel_work(size[1])
     seen = visible_work(panels.shape[0])
     people = people_work()
     bones = (

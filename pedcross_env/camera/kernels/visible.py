@@ -25,14 +25,14 @@ def visible_work(walls):
     return (
         np.empty((walls, MAX_SIDES, 2)), np.zeros(walls, np.int64), np.empty((walls, 4)), np.empty(walls, np.int64),
         np.empty((MAX_PARTS, MAX_SIDES, 2)), np.zeros(MAX_PARTS, np.int64), np.empty((2, MAX_SIDES, 2)), np.empty((4, 3)),
-        np.empty((2, MAX_SIDES, 2)),
+        np.empty((2, MAX_SIDES, 2)), np.empty((MAX_PARTS, 4)),
     )  # fmt: skip
 
 
 @kernel
 def outline_walls(panels, row, rotation, camera, optics, size, work):
     """Project the walls of one row of houses that face the camera and reach the image; return their number."""
-    outlines, sides, bounds, seen, _, _, _, corners3, _ = work
+    outlines, sides, bounds, seen, _, _, _, corners3, _, _ = work
     focal, cx, cy = optics
     count = 0
     for i in range(panels.shape[0]):
@@ -137,7 +137,7 @@ def _passing(p, q, rotation, camera, optics, corners, count, out):
 @kernel
 def _before(i, j, panels, rotation, camera, optics, work):
     """Return where wall j hides what is behind wall i's image: the number of corners, filled into the work space; 0: nowhere."""
-    outlines, sides, _, _, _, _, _, _, hull = work
+    outlines, sides, _, _, _, _, _, _, hull, _ = work
     p, q = panels[i], panels[j]
     before_q, behind_q = _reach(p, q)
     before_p, behind_p = _reach(q, p)
@@ -158,12 +158,13 @@ def _apart(corners, count, hull, sides):
         f = e + 1 if e + 1 < sides else 0
         x, y = hull[e, 0], hull[e, 1]
         a, b = hull[f, 1] - y, x - hull[f, 0]
-        if abs(a) + abs(b) < TOUCH_PX:
+        touch = TOUCH_PX * (abs(a) + abs(b))
+        if touch < TOUCH_PX * TOUCH_PX:
             continue
-        most = -1e30
-        for i in range(count):
-            most = max(most, a * (corners[i, 0] - x) + b * (corners[i, 1] - y))
-        if most <= TOUCH_PX * (abs(a) + abs(b)):
+        i = 0
+        while i < count and a * (corners[i, 0] - x) + b * (corners[i, 1] - y) <= touch:
+            i += 1
+        if i == count:
             return True
     return False
 
@@ -171,7 +172,7 @@ def _apart(corners, count, hull, sides):
 @kernel
 def _cut_out(part, parts, hull, sides, work):
     """Replace one part by what a convex polygon leaves of it; return the number of parts."""
-    _, _, _, _, corners, counts, rest, _, _ = work
+    _, _, _, _, corners, counts, rest, _, _, boxes = work
     now, n = 0, counts[part]
     for i in range(n):
         rest[0, i, 0], rest[0, i, 1] = corners[part, i, 0], corners[part, i, 1]
@@ -179,6 +180,8 @@ def _cut_out(part, parts, hull, sides, work):
     for i in range(counts[parts]):
         corners[part, i, 0], corners[part, i, 1] = corners[parts, i, 0], corners[parts, i, 1]
     counts[part] = counts[parts]
+    for k in range(4):
+        boxes[part, k] = boxes[parts, k]
     for e in range(sides):
         f = e + 1 if e + 1 < sides else 0
         x, y = hull[e, 0], hull[e, 1]
@@ -186,14 +189,15 @@ def _cut_out(part, parts, hull, sides, work):
         if abs(a) + abs(b) < TOUCH_PX:
             continue
         c = -a * x - b * y
-        least = 1e30
-        for i in range(n):
-            least = min(least, a * rest[now, i, 0] + b * rest[now, i, 1] + c)
-        if least >= 0.0:  # nothing of it is beyond this edge
+        i = 0
+        while i < n and a * rest[now, i, 0] + b * rest[now, i, 1] + c >= 0.0:
+            i += 1
+        if i == n:  # nothing of it is beyond this edge
             continue
         m = _half(rest[now], n, -a, -b, -c, corners[parts])
         if m >= 3 and abs(_area2(corners[parts], m)) > LEAST_PX2:
             counts[parts] = m
+            _bound(corners[parts], m, boxes[parts])
             parts += 1
         n = _half(rest[now], n, a, b, c, rest[1 - now])
         now = 1 - now
@@ -215,28 +219,37 @@ def visible_parts(which, seen_count, panels, rotation, camera, optics, work):
         optics: (focal, cx, cy).
         work: From ``visible_work``.
     """
-    outlines, sides, bounds, seen, corners, counts, _, _, hull = work
+    outlines, sides, bounds, seen, corners, counts, _, _, hull, boxes = work
     counts[0] = sides[which]
     for i in range(counts[0]):
         corners[0, i, 0], corners[0, i, 1] = outlines[which, i, 0], outlines[which, i, 1]
     parts = INT(1)
-    b = bounds[which]
+    left, top, right, bottom = bounds[which, 0], bounds[which, 1], bounds[which, 2], bounds[which, 3]
+    boxes[0, 0], boxes[0, 1], boxes[0, 2], boxes[0, 3] = left, top, right, bottom
     for k in range(seen_count):
         other = seen[k]
         o = bounds[other]
-        if other == which or o[0] >= b[2] or o[2] <= b[0] or o[1] >= b[3] or o[3] <= b[1]:
+        if other == which or o[0] >= right or o[2] <= left or o[1] >= bottom or o[3] <= top:
             continue
-        n = _before(which, other, panels, rotation, camera, optics, work)  # cheaper than the test of outlines
-        if n < 3 or _apart(outlines[which], sides[which], outlines[other], sides[other]):
+        n = _before(which, other, panels, rotation, camera, optics, work)
+        if n < 3:
             continue
         part = parts - 1
+        cut = False
         while part >= 0:
-            if parts + n <= MAX_PARTS and not (
-                _apart(corners[part], counts[part], hull[0], n)
-                or _apart(hull[0], n, corners[part], counts[part])
-            ):
+            b = boxes[part]
+            if (
+                o[0] < b[2] and o[2] > b[0] and o[1] < b[3] and o[3] > b[1] and parts + n <= MAX_PARTS
+                and not _apart(corners[part], counts[part], hull[0], n) and not _apart(hull[0], n, corners[part], counts[part])
+            ):  # fmt: skip
                 parts = _cut_out(part, parts, hull[0], n, work)
+                cut = True
             part -= 1
         if parts == 0:
             break
+        if cut:
+            left, top, right, bottom = boxes[0, 0], boxes[0, 1], boxes[0, 2], boxes[0, 3]
+            for p in range(1, parts):
+                left, top = min(left, boxes[p, 0]), min(top, boxes[p, 1])
+                right, bottom = max(right, boxes[p, 2]), max(bottom, boxes[p, 3])
     return parts
