@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import gymnasium
 import numpy as np
 
 from eval.jobs import EnvFactory, make_env
@@ -16,6 +17,7 @@ from pedcross_env.config import EnvConfig
 __all__ = ["capture_samples", "find_moment", "paint_events"]
 
 NEAR_M, FAR_M = 8.0, 13.0
+VISIBLE = 0.9
 SEARCHED_SEEDS = 60
 HOLD = np.zeros(1, np.float32)
 
@@ -30,8 +32,8 @@ def capture_samples(
 ) -> list[dict[str, Any]]:
     """Write ``<weather>_rgb.png`` and ``<weather>_dvs.png`` and ``samples.json`` to ``folder``.
 
-    The moment is the first at which a labelled pedestrian is 8 to 13 m ahead of a car that holds its speed;
-    of 60 seeds the one that comes to it first.
+    The moment is the first at which a labelled pedestrian is 8 to 13 m ahead of a car that holds its speed, in full
+    view; of 60 seeds the one that comes to it first.
 
     Returns:
         Facts of each pair; empty where none of 60 seeds has such a moment.
@@ -60,9 +62,9 @@ def capture_samples(
 def find_moment(
     config: EnvConfig, weather: str, seed: int, env_factory: EnvFactory
 ) -> tuple[int, int] | None:
-    """The seed and step at which a labelled pedestrian is soonest 8 to 13 m ahead, of 60 seeds; None: at none.
+    """The seed and step at which a labelled pedestrian is soonest 8 to 13 m ahead in full view; None: at none of 60.
 
-    The search is blind: without modalities a seed takes milliseconds.
+    Nothing is rendered but the moments in question: without modalities a seed takes milliseconds.
     """
     blind = EnvConfig(modalities=(), weather=(weather,), camera=config.camera, traffic=config.traffic)
     env = env_factory(blind)
@@ -72,7 +74,7 @@ def find_moment(
         ended, steps = False, 0
         # Rendering the way there costs most, so an earlier moment is a cheaper one.
         while not ended and (found is None or steps < found[1]):
-            if info["crossing"] and NEAR_M <= info["distance_m"] <= FAR_M:
+            if info["crossing"] and NEAR_M <= info["distance_m"] <= FAR_M and _in_full_view(env):
                 found = candidate, steps
                 break
             _, _, terminated, truncated, info = env.step(HOLD)
@@ -80,6 +82,16 @@ def find_moment(
             ended = terminated or truncated
     env.close()
     return found
+
+
+def _in_full_view(env: gymnasium.Env[Any, Any]) -> bool:
+    """Whether nothing hides the nearest pedestrian that makes the label 1, nor the picture's edge cuts it."""
+    unwrapped: Any = env.unwrapped
+    nearest = unwrapped.world.crossing_ids()[0]
+    return any(
+        person.actor_id == nearest and person.visible_fraction >= VISIBLE and person.truncated_fraction == 0
+        for person in unwrapped.truth().pedestrians
+    )
 
 
 def paint_events(counts: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ def test_both_cameras_show_the_same_crossing_in_each_weather(tmp_path):
     assert samples[0]["seed"] == samples[1]["seed"]
     assert samples[0]["distance_m"] == samples[1]["distance_m"]
     assert 8 <= samples[0]["distance_m"] <= 13
+    assert samples[0]["visible_fraction"] >= 0.9  # of the soonest of all, a cyclist hides nearly half
     contrast = {}
     for weather in ("clear", "fog"):
         for kind in ("rgb", "dvs"):
