@@ -11,7 +11,7 @@ help:
 	@echo "make demo         install, then generate, benchmark, evaluate and write $(OUT)/demo/report.html"
 	@echo "make test         install, then run the tests"
 	@echo "make check        lint, types, import contracts"
-	@echo "make checkpoints  train the shipped networks again (40 to 60 minutes on 2 cores; resumes)"
+	@echo "make checkpoints  train the shipped networks again (about 35 minutes on 2 cores; resumes)"
 	@echo "make gallery      draw every weather and camera for docs/gallery.md"
 	@echo "make clean        delete .venv, caches and $(OUT)"
 

@@ -178,6 +178,7 @@ def collisions_against_false_braking(results: Results) -> str | None:
     seen: dict[str, Any] = {}
     for axis, group in zip(axes, groups, strict=True):
         rows = [r for r in usable if r["group"] == group]
+        controls: dict[tuple[float, float], list[str]] = {}  # those at one point share a label
         for i, name in enumerate(dict.fromkeys(r["detector"] for r in rows)):
             size = max(4.0, 14.0 - 1.2 * i)  # the later the smaller: equal points stay visible
             own = sorted((r for r in rows if r["detector"] == name), key=lambda r: r["threshold"])
@@ -190,10 +191,12 @@ def collisions_against_false_braking(results: Results) -> str | None:
             marks = axis.plot(*zip(*main, strict=True), MODALITY_MARKER[own[0]["modality"]], color=colour,
                               markersize=size, markeredgecolor="white", linestyle="")  # fmt: skip
             if own[0]["kind"] == "control":
-                right = main[0][0] > 60
-                _note(axis, name, main[0], (-6 if right else 6, 5), "right" if right else "left")
+                controls.setdefault(main[0], []).append(name)
             else:
                 seen[name] = marks[0]
+        for point, names in controls.items():
+            right = point[0] > 60
+            _note(axis, ", ".join(names), point, (-6 if right else 6, 5), "right" if right else "left")
         axis.set_title(group_title(group), fontsize=10, loc="left")
         axis.set_xlabel("braking for nobody,\n% of drives without a crossing", fontsize=9)
         axis.set_xlim(-4, 104)

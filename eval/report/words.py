@@ -65,6 +65,9 @@ def _loop_sentences(results: Results, group: str) -> list[str]:
     if not detectors:
         return sentences
     best = min(detectors, key=lambda r: (r["collision_rate"], _or_inf(r["false_rate"]), r["detector"]))
+    if never is not None and best["collisions"] >= never["collisions"] > 0:
+        sentences.append(f"{where}: no detector has fewer collisions than a car that never brakes.")
+        return sentences + _timid_sentences(where, detectors)
     bounds = percent_interval(best["collision_low"], best["collision_high"])
     text = (
         f"{where}: the fewest collisions has {best['detector']}, {best['collisions']} of {best['crossings']} "
@@ -77,14 +80,18 @@ def _loop_sentences(results: Results, group: str) -> list[str]:
     if equal:
         text += f" As few have {', '.join(equal)}."
     sentences.append(text)
+    return sentences + _timid_sentences(where, detectors)
+
+
+def _timid_sentences(where: str, detectors: list[Row]) -> list[str]:
     timid = [r for r in detectors if r["free_episodes"] and r["false_rate"] >= 0.5]
-    if timid:
-        names = ", ".join(f"{r['detector']} ({r['false_braking']} of {r['free_episodes']})" for r in timid)
-        sentences.append(
-            f"{where}: these brake for nobody in at least half of the drives without a crossing, so "
-            f"that few collisions say little: {names}."
-        )
-    return sentences
+    if not timid:
+        return []
+    names = ", ".join(f"{r['detector']} ({r['false_braking']} of {r['free_episodes']})" for r in timid)
+    return [
+        f"{where}: these brake for nobody in at least half of the drives without a crossing, so "
+        f"that few collisions say little: {names}."
+    ]
 
 
 def _price(row: Row) -> str:

@@ -145,6 +145,14 @@ def test_the_networks_scores_on_their_own_test_videos_are_told(results):
     ]
 
 
+def test_no_detector_is_praised_for_as_many_collisions_as_never(results):
+    read = read_results(results)
+    told = summary_sentences(read)
+    assert "Bad weather: no detector has fewer collisions than a car that never brakes." in told
+    assert not any(s.startswith("Bad weather: the fewest collisions") for s in told)
+    assert any(s.startswith("Clear weather: the fewest collisions has sharp") for s in told)
+
+
 def test_where_detectors_see_is_shown_where_it_is_known(results, page, tmp_path):
     assert "Where they see" not in page.text
     whole = shutil.copytree(results, tmp_path / "whole")
