@@ -175,6 +175,7 @@ def _evaluate(arguments: list[str], console: Console) -> None:
         )
     if config.suite:
         _verdicts(report.rows, console)
+        _rating(config.suite, report.rows, console)
         return
     rows = [
         (row["detector"], row["group"], f"{row['collisions']} of {row['crossings']}",
@@ -200,6 +201,19 @@ def _verdicts(rows: Sequence[dict[str, Any]], console: Console) -> None:
         ("source", "cells", "passed", "points", "all passed up to km/h", "worst impact km/h"),
         lines,
     )
+
+
+def _rating(name: str, rows: Sequence[dict[str, Any]], console: Console) -> None:
+    """Print what each source wins in the protocol's rating, of the groups of cells that were played wholly."""
+    from eval.verdicts import rate
+    from pedcross_env.scenario.suites import suite
+
+    rated = rate(suite(name), [row for row in rows if row["main"]])
+    for source in dict.fromkeys(row["detector"] for row in rated):
+        own = [row for row in rated if row["detector"] == source]
+        won, worth = (sum(row[key] for row in own) for key in ("points", "worth"))
+        groups = ", ".join(f"{row['group']} {row['points']:.2f}" for row in own)
+        _say(console, f"{source} wins {won:.2f} of {worth:g} points of the rating: {groups}")
 
 
 def _report(arguments: list[str], console: Console) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pedcross_env.scenario.suites.cell import Cell
+from pedcross_env.scenario.suites.cell import Cell, Suite
 
-__all__ = ["VERDICT_KEYS", "by_scenario", "judge"]
+__all__ = ["VERDICT_KEYS", "by_scenario", "judge", "rate"]
 
 SLOWED_KMH = 1.0
 """From here on an impact counts as slowed; the protocol names no number."""
@@ -92,6 +92,32 @@ def by_scenario(rows: Sequence[Row]) -> list[Row]:
                 "fastest_passed_kmh": 3.6 * max(slower, default=0.0),
             }
         )
+    return found
+
+
+def rate(suite: Suite, rows: Sequence[Row]) -> list[Row]:
+    """Add up the verdicts of each source as the protocol does, over the groups that were played wholly.
+
+    Args:
+        suite: That was played.
+        rows: Of ``eval.closed_loop.evaluate`` on it; the seeds of a cell are averaged.
+
+    Returns:
+        Rows with detector, threshold, main, group, cells, points (won) and worth (to be won).
+    """
+    sources: dict[tuple[str, float, bool], dict[str, list[float]]] = {}
+    for row in rows:
+        own = sources.setdefault((row["detector"], row["threshold"], row["main"]), {})
+        own.setdefault(row["cell"], []).append(float(row["points"]))
+    found = []
+    for (detector, threshold, main), own in sources.items():
+        for share in suite.rating:
+            if all(cell in own for cell in share.cells):
+                mean = sum(sum(own[cell]) / len(own[cell]) for cell in share.cells) / len(share.cells)
+                found.append(
+                    {"detector": detector, "threshold": threshold, "main": main, "group": share.name,
+                     "cells": len(share.cells), "points": share.won(mean), "worth": share.worth}
+                )  # fmt: skip
     return found
 
 

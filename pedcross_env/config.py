@@ -153,7 +153,10 @@ class EgoConfig:
         for name in ("latency_s", "steer_latency_s", "build_up_s"):
             require(0 <= getattr(self, name) <= 2, name, getattr(self, name), "0 to 2")
         require(
-            0 <= self.load_kg <= self.mass_kg, "load_kg", self.load_kg, f"0 to mass_kg ({self.mass_kg:g})"
+            0 <= self.load_kg <= self.mass_kg,
+            "load_kg",
+            self.load_kg,
+            f"0 to mass_kg ({self.mass_kg:g}), e.g. 300",
         )
         require(0 < self.locked_share <= 1, "locked_share", self.locked_share, "above 0, at most 1")
         require(0 < self.max_steer_rad <= 1.2, "max_steer_rad", self.max_steer_rad, "above 0, at most 1.2")
@@ -274,7 +277,7 @@ class TrafficConfig:
             0 < low <= high <= 40,
             "ego_speed_mps",
             self.ego_speed_mps,
-            "(low, high) with 0 < low <= high <= 40",
+            "(low, high) with 0 < low <= high <= 40, e.g. (5.6, 13.9)",
         )
         require(0 <= self.max_bystanders <= 100, "max_bystanders", self.max_bystanders, "0 to 100")
         require(0 <= self.max_oncoming <= 20, "max_oncoming", self.max_oncoming, "0 to 20")

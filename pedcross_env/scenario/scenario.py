@@ -78,7 +78,10 @@ class Leg:
 
     def __post_init__(self) -> None:
         require(
-            0 < self.speed_mps <= 10, "Leg.speed_mps", self.speed_mps, "above 0, at most 10 (stand: no legs)"
+            0 < self.speed_mps <= 10,
+            "Leg.speed_mps",
+            self.speed_mps,
+            "above 0, at most 10, e.g. 1.4 (stand: no legs)",
         )
         require(0 <= self.wait_s <= LONGEST_S, "Leg.wait_s", self.wait_s, f"0 to {LONGEST_S:g}")
         place = (self.to_x_m, self.to_y_m)
@@ -125,7 +128,7 @@ class Maneuver:
         given = self.speed_mps is not None or self.to_y_m is not None
         require(given, "Maneuver", "neither speed_mps nor to_y_m", "one of them or both")
         if self.speed_mps is not None:
-            require(0 <= self.speed_mps <= 40, "Maneuver.speed_mps", self.speed_mps, "0 to 40")
+            require(0 <= self.speed_mps <= 40, "Maneuver.speed_mps", self.speed_mps, "0 to 40, e.g. 10")
         if self.to_y_m is not None:
             require(math.isfinite(self.to_y_m), "Maneuver.to_y_m", self.to_y_m, "finite")
         require(0 < self.acceleration_mps2 <= 9, "Maneuver.acceleration_mps2", self.acceleration_mps2,
@@ -163,7 +166,7 @@ class VehicleSpec:
         require(
             not self.parked or not self.maneuvers, "VehicleSpec.maneuvers", self.maneuvers, "() if parked"
         )
-        require(0 <= self.speed_mps <= 40, "VehicleSpec.speed_mps", self.speed_mps, "0 to 40")
+        require(0 <= self.speed_mps <= 40, "VehicleSpec.speed_mps", self.speed_mps, "0 to 40, e.g. 10")
         require(
             not self.parked or self.speed_mps == 0, "VehicleSpec.speed_mps", self.speed_mps, "0 if parked"
         )
@@ -194,8 +197,15 @@ class Scenario:
     vehicles: tuple[VehicleSpec, ...] = ()
 
     def __post_init__(self) -> None:
-        require(0 <= self.ego_speed_mps <= 40, "Scenario.ego_speed_mps", self.ego_speed_mps, "0 to 40")
-        require(0 < self.duration_s <= 600, "Scenario.duration_s", self.duration_s, "above 0, at most 600")
+        require(
+            0 <= self.ego_speed_mps <= 40, "Scenario.ego_speed_mps", self.ego_speed_mps, "0 to 40, e.g. 10"
+        )
+        require(
+            0 < self.duration_s <= 600,
+            "Scenario.duration_s",
+            self.duration_s,
+            "above 0, at most 600, e.g. 10",
+        )
         if self.ego_turn not in ("straight", "left", "right"):
             raise unknown_name("Scenario.ego_turn", self.ego_turn, ("straight", "left", "right"))
         require(

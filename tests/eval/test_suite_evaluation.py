@@ -7,7 +7,7 @@ import pytest
 from eval.closed_loop import EvaluateConfig, evaluate
 from eval.report import build_report
 from eval.summary import summarise
-from eval.verdicts import by_scenario, judge
+from eval.verdicts import by_scenario, judge, rate
 from pedcross_env.errors import ConfigError
 from pedcross_env.scenario.suites import suite
 
@@ -135,6 +135,44 @@ def row(impact_kmh=None, **facts):
 def test_verdicts_are_the_protocols(name, cell, episode, passed, points, certain):
     verdict = judge(suite(name).cell(cell), episode)
     assert (verdict["passed"], verdict["points"], verdict["verdict_certain"]) == (passed, points, certain)
+
+
+def test_the_rating_is_the_protocols() -> None:
+    ncap = suite("euro-ncap-2026")
+    assert sum(share.worth for share in ncap.rating) == pytest.approx(
+        9.0
+    )  # 8 standard, 1 extended, 1 robustness
+    rated = [cell for share in ncap.rating for cell in share.cells]
+    assert sorted(rated) == sorted(c.id for c in ncap.cells if c.layer in ("standard", "extended"))
+
+    def of_points(points):
+        rows = [
+            {"detector": "a", "threshold": 0.5, "main": True, "cell": c.id, "points": points(c)}
+            for c in ncap.cells
+        ]
+        return {row["group"]: row["points"] for row in rate(ncap, rows)}
+
+    assert sum(of_points(lambda cell: 1.0).values()) == pytest.approx(9.0)
+    assert sum(of_points(lambda cell: 0.0).values()) == 0.0
+    half = of_points(lambda cell: 0.5)
+    assert half["CPNCO night, standard"] == 0.5  # in proportion
+    assert half["CPNA day, extended"] == pytest.approx(0.5 * 0.0625)
+    assert of_points(lambda cell: 0.49)["CPNA day, extended"] == 0.0  # in steps
+    assert of_points(lambda cell: 0.76)["CPNA day, extended"] == pytest.approx(0.75 * 0.0625)
+    slow = of_points(lambda cell: float(cell.ego_kmh <= 30))
+    assert slow["CPFA day, standard"] == pytest.approx(0.5 * 3 / 6)
+
+
+def test_what_was_not_played_wholly_is_not_rated() -> None:
+    ncap = suite("euro-ncap-2026")
+    rows = [
+        {"detector": "a", "threshold": 0.5, "main": True, "cell": f"CPFA-50/{speed}", "points": 1.0}
+        for speed in (10, 20, 30, 40, 50, 60)
+    ]
+    (one,) = rate(ncap, rows)
+    assert (one["group"], one["points"], one["cells"]) == ("CPFA day, standard", 0.5, 6)
+    assert rate(ncap, rows[1:]) == []
+    assert rate(suite("fmvss-127"), rows) == []
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from pedcross_env.config import EgoConfig, require
 from pedcross_env.errors import ConfigError, nearest, unknown_name
 from pedcross_env.scenario.scenario import Scenario
 
-__all__ = ["Cell", "Goal", "Kind", "Provenance", "Suite"]
+__all__ = ["Cell", "Goal", "Kind", "Provenance", "Share", "Suite"]
 
 Kind = Literal["crossing", "along", "standing", "group", "gap", "plate"]
 KINDS: tuple[Kind, ...] = ("crossing", "along", "standing", "group", "gap", "plate")
@@ -189,6 +189,29 @@ class Cell:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Share:
+    """What a group of cells is worth in the protocol's rating.
+
+    Attributes:
+        name: Of the group.
+        cells: Ids of the group's cells in which it is won.
+        worth: Points of the rating, for all cells' points.
+        steps: (mean of the cells' points, share of ``worth`` won from there on), ascending; empty: in proportion.
+    """
+
+    name: str
+    cells: tuple[str, ...]
+    worth: float
+    steps: tuple[tuple[float, float], ...] = ()
+
+    def won(self, mean_points: float) -> float:
+        """Points of the rating for a mean of the cells' points, 0 to 1."""
+        if not self.steps:
+            return self.worth * mean_points
+        return self.worth * max((won for least, won in self.steps if mean_points >= least), default=0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Suite:
     """A named, versioned list of cells.
 
@@ -199,6 +222,7 @@ class Suite:
         source: What it transcribes.
         simplified: What of the protocol is missing or different here, one sentence each.
         cells: In the order of tables.
+        rating: How the protocol adds up the cells' points; empty where it has no such rule.
     """
 
     name: str
@@ -207,12 +231,16 @@ class Suite:
     source: str
     simplified: tuple[str, ...]
     cells: tuple[Cell, ...]
+    rating: tuple[Share, ...] = ()
 
     def __post_init__(self) -> None:
         ids = [cell.id for cell in self.cells]
         twice = sorted(name for name, count in Counter(ids).items() if count > 1)
         require(not twice, f"Suite({self.name!r}).cells", twice, "cells with ids of their own")
         require(len(ids) > 0, f"Suite({self.name!r}).cells", (), "at least one cell")
+        for share in self.rating:
+            known = len(share.cells) > 0 and set(share.cells) <= set(ids)
+            require(known, f"Suite({self.name!r}).rating", share.name, "of one cell or more of the suite")
 
     def cell(self, cell_id: str) -> Cell:
         """Return the cell called ``cell_id``.

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Literal
 
-from pedcross_env.scenario.suites.cell import Cell, Goal, Provenance, Suite
+from pedcross_env.scenario.suites.cell import Cell, Goal, Provenance, Share, Suite
 
 __all__ = ["POINTS", "STANDARD_CROSSINGS", "crossing_cells", "euro_ncap_2026", "turning_cells"]
 
@@ -17,6 +17,12 @@ NOT_RED = ((30.0, 1.0),)
 """The same where any colour but red is enough: extended impact points, and part of the robustness layer."""
 STANDARD_CROSSINGS = ("CPFA-50", "CPNA-25", "CPNA-75", "CPNCO-50")
 """The crossing scenarios at their own impact points."""
+GROUPS = (
+    ("CPLA day", 1.0), ("CPLA night", 1.0), ("CPTAfs CPTAns day", 1.0), ("CPTAfo CPTAno day", 1.0), ("CPNA day", 0.5),
+    ("CPNA night", 0.5), ("CPFA day", 0.5), ("CPFA night", 0.5), ("CPNCO day", 1.0), ("CPNCO night", 1.0),
+)  # fmt: skip
+"""What is rated together, and its points in the standard range (3.2); the extended range has an eighth of them."""
+EXTENDED_STEPS = ((0.5, 0.5), (0.75, 0.75), (1.0, 1.0))
 TEST_LOAD_KG = 125.0
 """200 kg beyond the kerb mass, in which no driver is counted; 75 kg of them are the driver's in running order."""
 _DOCUMENT = "Euro NCAP Crash Avoidance, Frontal Collisions, protocol v1.1 (October 2025)"
@@ -136,6 +142,19 @@ def _at_night(cells: Iterable[Cell]) -> Iterator[Cell]:
         yield replace(cell, id=f"{cell.id}/night", weather="night_unlit", headlights="low", provenance=origin)
 
 
+def _rating(cells: Iterable[Cell]) -> Iterator[Share]:
+    """Points of the standard and the extended range (3.2, 5.3)."""
+    for group, worth in GROUPS:
+        *scenarios, light = group.split()
+        own = [
+            cell for cell in cells
+            if cell.id.split("-")[0] in scenarios and (cell.weather == "night_unlit") is (light == "night")
+        ]  # fmt: skip
+        for layer, share, steps in (("standard", 1.0, ()), ("extended", 0.125, EXTENDED_STEPS)):
+            ids = tuple(cell.id for cell in own if cell.layer == layer)
+            yield Share(name=f"{group}, {layer}", cells=ids, worth=share * worth, steps=steps)
+
+
 def euro_ncap_2026() -> Suite:
     """Build the suite."""
     crossings, turns, along = crossing_cells(), turning_cells(), list(_along_cells())
@@ -144,6 +163,16 @@ def euro_ncap_2026() -> Suite:
         id="CPNA-75/20/ped3", kind="crossing", ego_kmh=20, pedestrian_kmh=3, impact_share=0.75, layer="robustness",
         load_kg=TEST_LOAD_KG, goal=Goal(kind="speed-reduction"), provenance=_from("5.1 general requirements", _PLACES),
     )  # fmt: skip
+    cells = (
+        *crossings,
+        *along,
+        *turns,
+        *_turning_beside(turns),
+        *_at_night((*crossings, *along)),
+        *_robustness(named, [cell for cell in turns if cell.layer == "standard"]),
+        slow,
+        *_at_night([slow]),
+    )
     return Suite(
         name="euro-ncap-2026",
         version="2",
@@ -158,16 +187,9 @@ def euro_ncap_2026() -> Suite:
             "CPTA: quarter circles of the stated radii without clothoids; the contact is on the straight beyond.",
             "CPLA-25 asks for a warning; the first braking stands for it.",
             "Of the robustness layer the target's speed, position and heading are here; weather is the weather matrix.",
+            "The rating has the standard and the extended range; of the robustness layers' points too little is here.",
             "The bonus for steering away is not here.",
         ),
-        cells=(
-            *crossings,
-            *along,
-            *turns,
-            *_turning_beside(turns),
-            *_at_night((*crossings, *along)),
-            *_robustness(named, [cell for cell in turns if cell.layer == "standard"]),
-            slow,
-            *_at_night([slow]),
-        ),
+        cells=cells,
+        rating=tuple(_rating(cells)),
     )
