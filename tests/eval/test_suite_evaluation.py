@@ -109,6 +109,11 @@ def row(impact_kmh=None, **facts):
         ("euro-ncap-2026", "CPFA-50/60", row(30.1), False, 0.0, True),
         ("euro-ncap-2026", "CPFA-50/40", row(9.0), False, 0.75, False),
         ("euro-ncap-2026", "CPFA-50/40", row(), True, 1.0, True),
+        ("euro-ncap-2026", "CPFA-50/40", row(19.9), False, 0.5, False),
+        ("euro-ncap-2026", "CPFA-50/40", row(20.1), False, 0.0, False),
+        ("euro-ncap-2026", "CPFA-50/10", row(10.0), False, 0.0, False),
+        ("euro-ncap-2026", "CPLA-10/20", row(12.6), False, 0.0, False),
+        ("euro-ncap-2026", "CPLA-10/20", row(12.4), True, 1.0, False),
         ("euro-ncap-2026", "CPNA-75/20/ped3", row(19.5), False, 0.0, True),
         ("euro-ncap-2026", "CPNA-75/20/ped3", row(18.0), True, 1.0, True),
         ("euro-ncap-2026", "CPLA-25/50/warning", row(50.0, brake_ttc_s=1.71), True, 1.0, True),
@@ -161,6 +166,13 @@ def test_the_rating_is_the_protocols() -> None:
     assert of_points(lambda cell: 0.76)["CPNA day, extended"] == pytest.approx(0.75 * 0.0625)
     slow = of_points(lambda cell: float(cell.ego_kmh <= 30))
     assert slow["CPFA day, standard"] == pytest.approx(0.5 * 3 / 6)
+
+
+def test_nobody_wins_points_without_braking() -> None:
+    for cell in suite("euro-ncap-2026").cells:
+        if cell.goal.kind == "points":
+            assert judge(cell, row(cell.ego_kmh))["points"] == 0.0, cell.id
+            assert judge(cell, row(0.5 * cell.ego_kmh))["points"] > 0.0, cell.id
 
 
 def test_what_was_not_played_wholly_is_not_rated() -> None:
