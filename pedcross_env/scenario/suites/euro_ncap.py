@@ -37,7 +37,7 @@ def _from(clause: str, *notes: str) -> Provenance:
 
 def _points(ego_kmh: float, layer: str, *, relative_kmh: float | None = None) -> Goal:
     """Bands of a cell's test speed, relative to the pedestrian's; below 60 km/h red begins at half of it, as at 60."""
-    bands = NOT_RED if layer == "extended" else POINTS
+    bands: tuple[tuple[float, float], ...] = NOT_RED if layer == "extended" else POINTS
     if ego_kmh < 60:
         red_from = 0.5 * (ego_kmh if relative_kmh is None else relative_kmh)
         below = [limit for limit, _ in bands if limit < red_from]
