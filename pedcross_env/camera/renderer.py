@@ -118,10 +118,10 @@ class Renderer:
             model_table().arrays,
             material_table(),
         )  # some may have been registered since
-        (levels, bounds), columns = crown_textures(), self._buf.shape[1]
-        nodes, row = levels[0].shape[1:]
+        crowns, columns = crown_textures(), self._buf.shape[1]
+        nodes, row = crowns.sums[0].shape[1:]
         self._crowns = (
-            levels, bounds, np.zeros(row, np.float32), np.zeros(nodes, np.float32), np.empty(columns, np.uint64), np.empty((3, columns), np.float32), np.empty((3, 4)),
+            *crowns, np.zeros(row, np.float32), np.zeros(nodes, np.float32), np.empty(columns, np.uint64), np.empty((3, columns), np.float32), np.empty((3, 4)),
         )  # fmt: skip
         across = (self._scenery.across_low, ACROSS_TEXEL_M)
         tables = [

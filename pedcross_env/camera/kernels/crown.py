@@ -129,7 +129,8 @@ def _passed_share(u):
 @kernel
 def _add_rows(kept, first, second, third, fourth, share, share2, share3, share4, added):
     for k in range(added.shape[0]):
-        more = share * first[k] + share2 * second[k] + share3 * third[k] + share4 * fourth[k]
+        more = share * np.float32(first[k]) + share2 * np.float32(second[k])
+        more += share3 * np.float32(third[k]) + share4 * np.float32(fourth[k])
         added[k] = kept * added[k] + more
 
 
@@ -229,7 +230,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     Args:
         crown: (9,) texture, centre (world), half width (negative: mirrored), half height (metres), albedo r, g, b.
         centre: (3,) camera coordinates.
-        textures: Sums along rows, ever coarser, and where they begin and end, see scenery.foliage; work space: (5 N,) float32 of a row of pixels and (N,) of its light; columns'
+        textures: Those of scenery.foliage.CrownTextures; work space: (5 N,) float32 of a row of pixels and (N,) of its light; columns'
             edges, (>= W + 1,) uint64 and (3, >= W + 1) float32; (3, 4).
         env: See kernels.lighting.
         lamps: (L, 3) camera coordinates.
@@ -244,7 +245,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     focal, cx, cy = optics
     height, width = size
     planes, alpha, inverse = scratch
-    levels, bounds, added, lit, nodes, weights, radiance = textures
+    levels, units, bounds, added, lit, nodes, weights, radiance = textures
     half_w, half_h = abs(crown[4]), crown[5]
     z = centre[2]
     # beside the camera a flat crown would turn into a wall: it thins out before
@@ -274,7 +275,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     depth_inverse = np.float32(1.0 / max(z - 0.35 * half_w, 0.5 * z))
     step, fall = flip * 0.5 * texels / rx, 0.5 * texels / ry  # texels per column, per row
     start, top = 0.5 * texels + step * (a - u0), 0.5 * texels + fall * (row0 - v0)
-    share = np.float32(fade / (step * fall))
+    share = np.float32(fade * units[level] / (step * fall))
     n = b - a
     nodes = nodes[: n + 1]
     _edges_of_columns(start, step, texels, nodes, weights)

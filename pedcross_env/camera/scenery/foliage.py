@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from pedcross_env.camera.kernels.crown import BORDER, TEXTURE_CHANNELS, splat_leaves
 
-__all__ = ["BARE", "COLUMNAR", "CONIFERS", "ROUND", "crown_textures"]
+__all__ = ["BARE", "COLUMNAR", "CONIFERS", "ROUND", "CrownTextures", "crown_textures"]
 
 SIZE, LEVELS = 256, 5  # texels along a side of the finest textures; how many there are, each half as fine
+MOST = 32_000  # of 16 bits
 ROUND, COLUMNAR, CONIFERS, BARE = (0, 1, 2), (3,), (4,), (5, 6)
 """Which textures belong to a species."""
 
@@ -131,7 +133,7 @@ def _running_sums(image: np.ndarray) -> np.ndarray:
     """(N, C * N) sums of the texels left of each corner of theirs, channel by channel in each row."""
     wide = np.pad(image, ((BORDER + 1, BORDER), (BORDER + 1, BORDER), (0, 0)))
     sums = wide.cumsum(axis=1)
-    return np.ascontiguousarray(sums.transpose(0, 2, 1), dtype=np.float32).reshape(len(wide), -1)
+    return np.ascontiguousarray(sums.transpose(0, 2, 1)).reshape(len(wide), -1)
 
 
 def _bounds(sums: np.ndarray) -> np.ndarray:
@@ -142,16 +144,25 @@ def _bounds(sums: np.ndarray) -> np.ndarray:
     return np.stack([np.where(rises.any(axis=2), rises.argmax(axis=2) - 1, n), full.sum(axis=2)], axis=2)
 
 
-@lru_cache(maxsize=1)
-def crown_textures() -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
-    """Return all crowns.
+class CrownTextures(NamedTuple):
+    """All crowns, LEVELS times, ever coarser; N = texels along a side + 2 BORDER + 1, half as many texels each time.
 
-    Returns:
-        LEVELS times (S, N, 5 * N) float32, N = texels along a side + 2 BORDER + 1, half as many texels each time: per crown, row of
-        texels, channel and column the running sums along the row of the cover, the tone, and the tone times the leaf's normal to
-        the right, downwards and away. Row BORDER + 1 is the texture's first, column BORDER its edge. And LEVELS times
-        (S, N, 2) int64, the columns between which the leaves of a row lie.
+    Attributes:
+        sums: Each (S, N, 5 * N) int16: per crown, row of texels, channel and column the running sums along the row of the cover, the
+            tone, and the tone times the leaf's normal to the right, downwards and away. Row BORDER + 1 is the texture's first,
+            column BORDER its edge. Sixteen bits: the time it takes to draw crowns is that of fetching them.
+        units: What 1 stands for in each.
+        bounds: Each (S, N, 2) int64, the columns between which the leaves of a row lie.
     """
+
+    sums: tuple[np.ndarray, ...]
+    units: tuple[float, ...]
+    bounds: tuple[np.ndarray, ...]
+
+
+@lru_cache(maxsize=1)
+def crown_textures() -> CrownTextures:
+    """Return all crowns."""
     makers = (_round, _round, _round, _columnar, _conifer, _bare, _bare)
     images = np.zeros((len(makers), SIZE, SIZE, TEXTURE_CHANNELS), np.float32)
     rngs = np.random.default_rng(31_415).spawn(len(makers))
@@ -164,4 +175,6 @@ def crown_textures() -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
             axis=(2, 4), dtype=np.float64
         )
         levels.append(np.stack([_running_sums(image) for image in means]))
-    return tuple(levels), tuple(_bounds(sums) for sums in levels)
+    units = tuple(float(np.abs(sums).max()) / MOST for sums in levels)
+    whole = tuple(np.round(sums / unit).astype(np.int16) for sums, unit in zip(levels, units, strict=True))
+    return CrownTextures(whole, units, tuple(_bounds(sums) for sums in levels))
