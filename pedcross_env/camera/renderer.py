@@ -119,9 +119,9 @@ class Renderer:
             material_table(),
         )  # some may have been registered since
         crowns, columns = crown_textures(), self._buf.shape[1]
-        nodes, row = crowns.sums[0].shape[1:]
+        row = crowns.sums[0].shape[2]
         self._crowns = (
-            *crowns, np.zeros(row, np.float32), np.zeros(nodes, np.float32), np.empty(columns, np.uint64), np.empty((3, columns), np.float32), np.empty((3, 4)),
+            *crowns, np.zeros(row, np.float32), np.zeros(row, np.float32), np.empty(columns, np.uint64), np.empty((3, columns), np.float32), np.empty((3, 4)),
         )  # fmt: skip
         across = (self._scenery.across_low, ACROSS_TEXEL_M)
         tables = [

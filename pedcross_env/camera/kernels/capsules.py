@@ -10,13 +10,12 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import inlined, kernel
+from pedcross_env.camera.kernels.jit import LANES, inlined, kernel
 from pedcross_env.camera.kernels.polygons import NEAR_M, grow
 from pedcross_env.camera.kernels.rows import F0, F1, HALF, TINY, nearness
 
 __all__ = ["draw_capsule"]
 
-LANES = 8
 MEAN_NZ = np.float32(-0.7854)  # of a cylinder's front over its width: -pi / 4
 
 

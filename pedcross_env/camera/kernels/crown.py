@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import entry, inlined, kernel
+from pedcross_env.camera.kernels.jit import LANES, entry, inlined, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM_POSITION,
     ENV_BEAM_TINT,
@@ -149,7 +149,7 @@ def _row_share(row, end, top, bottom):
 @kernel
 def _sums_row(texture, top, bottom, low, high, added):
     """Fill the sums along a row of pixels, which reaches from ``top`` to ``bottom`` (see ``_place``), at nodes ``low`` to ``high``."""
-    across = texture.shape[0]
+    across = texture.shape[1] // TEXTURE_CHANNELS
     start, end = int(top), int(bottom) + 1
     for row in range(start, end + 1, 4):
         row2, row3, row4 = min(row + 1, end), min(row + 2, end), min(row + 3, end)
@@ -230,7 +230,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     Args:
         crown: (9,) texture, centre (world), half width (negative: mirrored), half height (metres), albedo r, g, b.
         centre: (3,) camera coordinates.
-        textures: Those of scenery.foliage.CrownTextures; work space: (5 N,) float32 of a row of pixels and (N,) of its light; columns'
+        textures: Those of scenery.foliage.CrownTextures; work space: (5 M,) float32 of a row of pixels and as much of its light; columns'
             edges, (>= W + 1,) uint64 and (3, >= W + 1) float32; (3, 4).
         env: See kernels.lighting.
         lamps: (L, 3) camera coordinates.
@@ -258,7 +258,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     while finer >= 2.0 * FINE and level < len(levels) - 1:
         level, finer = level + 1, 0.5 * finer
     leaves, reach = levels[level][int(crown[0])], bounds[level][int(crown[0])]
-    across = leaves.shape[0]
+    across, stride = leaves.shape[0], leaves.shape[1] // TEXTURE_CHANNELS
     texels = across - 2 * BORDER - 1
     row0, row1 = (
         max(0, int(math.floor(max(v0 - ry, -1.0)))),
@@ -290,10 +290,10 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
         edges = nodes[c0 : c1 + 1]
         left, middle, right = weights[0, c0 : c1 + 1], weights[1, c0 : c1 + 1], weights[2, c0 : c1 + 1]
         ends = int(edges[0]), int(edges[c1 - c0])
-        low, high = min(ends) - 1, max(ends) + 2
+        low, high = (min(ends) - 1) // LANES * LANES, (max(ends) + 1 + LANES) // LANES * LANES
         _sums_row(leaves, above, below, low, high, added)
         cover = alpha[row, a + c0 : a + c1]
-        _columns(added[:across], edges, left, middle, right, share, cover)
+        _columns(added[:stride], edges, left, middle, right, share, cover)
         _settle_cover(cover, depth_inverse, inverse[row, a + c0 : a + c1])
         first, beyond = 0, c1 - c0
         while first < beyond and cover[first] <= F0:
@@ -305,8 +305,8 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
         grow(spans, row, a + c0 + first, a + c0 + beyond)
         for c in range(channels):
             _lit(
-                light[c], added[across + low : across + high], added[2 * across + low : 2 * across + high],
-                added[3 * across + low : 3 * across + high], added[4 * across + low : 4 * across + high], lit[low:high],
+                light[c], added[stride + low : stride + high], added[2 * stride + low : 2 * stride + high],
+                added[3 * stride + low : 3 * stride + high], added[4 * stride + low : 4 * stride + high], lit[low:high],
             )  # fmt: skip
             plane = planes[c, row, a + c0 : a + c1]
             _columns(lit, edges, left, middle, right, share, plane)

@@ -17,10 +17,13 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-__all__ = ["INT", "entry", "inlined", "kernel"]
+__all__ = ["INT", "LANES", "entry", "inlined", "kernel"]
 
 INT = np.int64
 """Makes an integer of one type of a literal."""
+LANES = 8
+"""Of a vector of 32-bit numbers. What is left over when a loop does not end on a whole vector is done one by one: short rows are
+worked on in whole vectors where what lies beside them does not matter."""
 
 
 def entry(function: Callable[..., Any]) -> Any:

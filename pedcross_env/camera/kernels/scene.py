@@ -10,7 +10,7 @@ from numba import njit
 from pedcross_env.camera.kernels.capsules import draw_capsule
 from pedcross_env.camera.kernels.crown import draw_crown
 from pedcross_env.camera.kernels.facade import draw_panel, panel_work
-from pedcross_env.camera.kernels.jit import INT, kernel
+from pedcross_env.camera.kernels.jit import INT, LANES, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_AIR,
     ENV_BEAM_POSITION,
@@ -158,11 +158,12 @@ def _draw_group(
 @kernel
 def _put(scratch, spans, ident, env, air, frame, owners, buf):
     """Composite an object's scratch planes onto the frame, clear them and its spans."""
-    last = spans.shape[0] - 1
+    last, width = spans.shape[0] - 1, scratch[1].shape[1]
     beta = np.float32(env[ENV_BETA])
     for row in range(spans[last, 0], spans[last, 1]):
         a, b = spans[row, 0], spans[row, 1]
-        if b > a:
+        if b > a:  # in whole vectors: an object's planes are zero beside it
+            a, b = a // LANES * LANES, min(width, (b + LANES - 1) // LANES * LANES)
             composite_row(scratch, row, a, b, beta, air, ident, frame, owners, buf)
         spans[row, 0], spans[row, 1] = NOWHERE, 0
     spans[last, 0], spans[last, 1] = NOWHERE, 0

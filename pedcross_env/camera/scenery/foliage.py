@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pedcross_env.camera.kernels.crown import BORDER, TEXTURE_CHANNELS, splat_leaves
+from pedcross_env.camera.kernels.jit import LANES
 
 __all__ = ["BARE", "COLUMNAR", "CONIFERS", "ROUND", "CrownTextures", "crown_textures"]
 
@@ -130,16 +131,17 @@ def _bare(rng: np.random.Generator) -> np.ndarray:
 
 
 def _running_sums(image: np.ndarray) -> np.ndarray:
-    """(N, C * N) sums of the texels left of each corner of theirs, channel by channel in each row."""
+    """(N, C * M) sums of the texels left of each corner of theirs, channel by channel in each row; M is N in whole vectors."""
     wide = np.pad(image, ((BORDER + 1, BORDER), (BORDER + 1, BORDER), (0, 0)))
     sums = wide.cumsum(axis=1)
-    return np.ascontiguousarray(sums.transpose(0, 2, 1)).reshape(len(wide), -1)
+    filled = np.pad(sums, ((0, 0), (0, -len(wide) % LANES), (0, 0)), mode="edge")
+    return np.ascontiguousarray(filled.transpose(0, 2, 1)).reshape(len(wide), -1)
 
 
 def _bounds(sums: np.ndarray) -> np.ndarray:
     """(S, N, 2) nodes between which the cover's sums along each row rise; N and 0 where they do not."""
     n = sums.shape[1]
-    cover = sums[:, :, :n]
+    cover = sums[:, :, :n]  # the first channel
     rises, full = cover > 0, cover < cover[:, :, -1:]
     return np.stack([np.where(rises.any(axis=2), rises.argmax(axis=2) - 1, n), full.sum(axis=2)], axis=2)
 
@@ -148,7 +150,7 @@ class CrownTextures(NamedTuple):
     """All crowns, LEVELS times, ever coarser; N = texels along a side + 2 BORDER + 1, half as many texels each time.
 
     Attributes:
-        sums: Each (S, N, 5 * N) int16: per crown, row of texels, channel and column the running sums along the row of the cover, the
+        sums: Each (S, N, 5 * M) int16, M being N in whole vectors: per crown, row of texels, channel and column the running sums along the row of the cover, the
             tone, and the tone times the leaf's normal to the right, downwards and away. Row BORDER + 1 is the texture's first,
             column BORDER its edge. Sixteen bits: the time it takes to draw crowns is that of fetching them.
         units: What 1 stands for in each.
