@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import os
 import platform
-import resource
 import subprocess
 import sys
 import tempfile
@@ -19,7 +18,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from machine import cpu_name
+from machine import cpu_name, user_s
 from scenes import generated_drive, reference_scene, reference_street
 
 from pedcross_env.camera import Renderer, camera_pose, project
@@ -117,10 +116,10 @@ def user_seconds_per_frame(
         work(moment, k)
     best, end = float("inf"), time.perf_counter() + seconds
     while time.perf_counter() < end or best == float("inf"):
-        start = resource.getrusage(resource.RUSAGE_SELF).ru_utime
+        start = user_s()
         for k, moment in enumerate(drive):
             work(moment, k)
-        best = min(best, (resource.getrusage(resource.RUSAGE_SELF).ru_utime - start) / len(drive))
+        best = min(best, (user_s() - start) / len(drive))
     return best
 
 

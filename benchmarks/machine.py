@@ -1,12 +1,13 @@
-"""The machine that a benchmark runs on, as its first line names it."""
+"""The machine that a benchmark runs on, as its first line names it, and its clock of user CPU time."""
 
 from __future__ import annotations
 
 import os
 import platform
+import resource
 from pathlib import Path
 
-__all__ = ["cpu_name"]
+__all__ = ["cpu_name", "user_s"]
 
 
 def cpu_name() -> str:
@@ -17,3 +18,8 @@ def cpu_name() -> str:
     flags = next((line for line in lines if line.startswith("flags")), "")
     widest = next((name for name in ("avx512f", "avx2", "avx") if f" {name} " in f"{flags} "), "")
     return f"{names[0] if names else platform.processor()} ({os.cpu_count()} CPUs, {widest or platform.machine()})"
+
+
+def user_s() -> float:
+    """User CPU seconds of this process: what the system spends on fresh memory is not in it."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_utime

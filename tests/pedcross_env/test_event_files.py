@@ -88,6 +88,15 @@ def test_a_truncated_file_is_an_error_that_names_it(
         read_events(path)
 
 
+@pytest.mark.parametrize("cut", [1, 4, 60])
+def test_an_aedat4_file_that_ends_within_its_table_is_truncated(tmp_path: Path, cut: int) -> None:
+    path = tmp_path / "e.aedat4"
+    write_events(path, make_events(3000), shape=SHAPE)
+    path.write_bytes(path.read_bytes()[:-cut])
+    with pytest.raises(DataError, match=r"byte \d+: the table .* truncated"):
+        read_events(path)
+
+
 @pytest.mark.parametrize("suffix", [".npz", ".aedat4"])
 def test_damage_inside_is_found_and_its_place_named(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"e{suffix}"

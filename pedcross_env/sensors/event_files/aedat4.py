@@ -84,6 +84,8 @@ def read(path: Path, stream: int | None = None) -> Recording:
     end = len(data) if table_at < 0 else table_at
     if end > len(data):
         raise damaged(path, len(data), f"the file ends, but its table is at byte {end}: it is truncated")
+    if table_at >= 0:
+        _check_table(path, table_at, data[table_at:], _COMPRESSIONS[compression])
     parts = [np.empty(0, _EVENT)]
     while at < end:
         if at + 8 > end:
@@ -99,6 +101,16 @@ def read(path: Path, stream: int | None = None) -> Recording:
     events = np.concatenate(parts)
     out = join(events["x"], events["y"], events["t"], events["on"] > 0, path=path, what=f"stream {number}")
     return Recording(out, streams[number], "aedat4")
+
+
+def _check_table(path: Path, at: int, data: bytes, codec: str | None) -> None:
+    """Refuse a file that ends within its table, which nothing else is read from."""
+    try:
+        root(_decompress(data, codec), b"FTAB")
+    except (LayoutError, OSError, ValueError) as error:
+        raise damaged(
+            path, at, f"the table of {len(data)} bytes that begins here is truncated or damaged ({error})"
+        ) from error
 
 
 def _choose(path: Path, streams: dict[int, tuple[int, int] | None], stream: int | None) -> int:
