@@ -34,7 +34,7 @@ from pedcross_env.camera.kernels.polygons import (
     slanted_edges,
     upright_borders,
 )
-from pedcross_env.camera.kernels.rows import F0, F1, add_row
+from pedcross_env.camera.kernels.rows import F0, F1, add_row, fill_row
 
 __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 
@@ -159,9 +159,20 @@ def _shade(panel, n, geometry, layout, light, channels, buf, vectors):
         return
     lamp, head, lit = buf[LAMP, :n], buf[HEAD, :n], buf[LIT, :n]
     if night:
-        lamp_light(
-            s, t, panel[17], panel[27], panel[28], lamp_maps[int(panel[26])], map_frame[0], map_frame[1], lamp
-        )
+        if env[ENV_LAMP] > 0:
+            lamp_light(
+                s,
+                t,
+                panel[17],
+                panel[27],
+                panel[28],
+                lamp_maps[int(panel[26])],
+                map_frame[0],
+                map_frame[1],
+                lamp,
+            )
+        else:
+            fill_row(F0, lamp)
         head_row(x, y, inverse, normal, env, table, optics, point, head)
     if windows:
         lit_windows(s, t, ws, wt, upper, ground, int(panel[16]), LIT_SHARE, lit)

@@ -15,7 +15,7 @@ from pedcross_env.camera.kernels.lighting import (
     head_irradiance,
     sky_radiance,
 )
-from pedcross_env.camera.kernels.rows import F1
+from pedcross_env.camera.kernels.rows import F0, F1
 
 __all__ = [
     "add_shine",
@@ -69,14 +69,20 @@ def add_shine(lit, radiance, out):
 @kernel
 def lamp_light(s, t, base, origin_x, axis_x, lamp_map, map_start, map_step, out):
     """Bilinear look-up of the lamps' illuminance on this side's fronts: rows height, columns along the street."""
-    rows, columns = lamp_map.shape
+    last_column, last_row = np.float32(lamp_map.shape[1] - 1.001), np.float32(lamp_map.shape[0] - 1.001)
+    inv, one = (
+        np.float32(1.0 / map_step),
+        np.uint32(1),
+    )  # unsigned: numba lets a negative index count from the end
+    start, slope = np.float32((origin_x - map_start) / map_step), np.float32(axis_x / map_step)
+    foot = np.float32(base / map_step)
     for i in range(out.shape[0]):
-        p = min(max((origin_x + axis_x * s[i] - map_start) / map_step, 0.0), columns - 1.001)
-        q = min(max((t[i] + base) / map_step, 0.0), rows - 1.001)
-        a, b = int(q), int(p)
-        fq, fp = q - a, p - b
-        low = lamp_map[a, b] + fp * (lamp_map[a, b + 1] - lamp_map[a, b])
-        high = lamp_map[a + 1, b] + fp * (lamp_map[a + 1, b + 1] - lamp_map[a + 1, b])
+        p = min(max(start + slope * s[i], F0), last_column)
+        q = min(max(foot + inv * t[i], F0), last_row)
+        a, b = np.uint32(np.int32(q)), np.uint32(np.int32(p))
+        fq, fp = q - np.float32(np.int32(q)), p - np.float32(np.int32(p))
+        low = lamp_map[a, b] + fp * (lamp_map[a, b + one] - lamp_map[a, b])
+        high = lamp_map[a + one, b] + fp * (lamp_map[a + one, b + one] - lamp_map[a + one, b])
         out[i] = low + fq * (high - low)
 
 

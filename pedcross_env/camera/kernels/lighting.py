@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from pedcross_env.camera.kernels.jit import entry, kernel
 
 __all__ = [
@@ -34,10 +36,14 @@ def beam_candela(table, tan_left, tan_up):
     q = (tan_up - V0) * ((rows - 1) / (V1 - V0))
     if not (0 <= p < columns - 1 and 0 <= q < rows - 1):
         return 0.0
-    i, j = int(q), int(p)
-    s, t = q - i, p - j
-    low = table[i, j] + t * (table[i, j + 1] - table[i, j])
-    high = table[i + 1, j] + t * (table[i + 1, j + 1] - table[i + 1, j])
+    s, t = q - int(q), p - int(p)
+    i, j, one = (
+        np.uint64(q),
+        np.uint64(p),
+        np.uint64(1),
+    )  # unsigned: numba lets a negative index count from the end
+    low = table[i, j] + t * (table[i, j + one] - table[i, j])
+    high = table[i + one, j] + t * (table[i + one, j + one] - table[i + one, j])
     return low + s * (high - low)
 
 
