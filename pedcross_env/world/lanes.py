@@ -91,7 +91,8 @@ def route_of(spec: VehicleSpec, street: StreetSpec) -> tuple[Route, float, float
         distance to the left of the street's centre line, nan for one that turns or follows the side street.
 
     Raises:
-        ConfigError: Where it is not in a lane of its direction, or turns where no side street is.
+        ConfigError: Where it is not in a lane of its direction, turns where no side street is, or is to change its line
+            while it turns or comes along the side street.
     """
     s, d = (float(v) for v in to_street(street, spec.x_m, spec.y_m))
     turned = spec.yaw_rad - float(to_world(street, s)[2])
@@ -103,6 +104,7 @@ def route_of(spec: VehicleSpec, street: StreetSpec) -> tuple[Route, float, float
         elif quarter % 2 == 0 and not spec.turn:
             found = _along(street, d, 1 if quarter == 0 else -1)
     if found is not None:
+        _require_line(spec, found[2])
         return found
     right, wrong = (sorted(offset for offset, way in lanes(street) if way == sign) for sign in (1, -1))
     raise ConfigError(
@@ -111,6 +113,17 @@ def route_of(spec: VehicleSpec, street: StreetSpec) -> tuple[Route, float, float
         f"(pi) with y near one of {wrong}; it may turn, or come along y, at a street's intersection only; a right turn "
         "starts in the outermost lane, a left turn in the innermost one."
     )
+
+
+def _require_line(spec: VehicleSpec, lane_d_m: float) -> None:
+    """Refuse a maneuver to a line of the street for a vehicle that does not follow one."""
+    lines = [maneuver.to_y_m for maneuver in spec.maneuvers if maneuver.to_y_m is not None]
+    if lines and math.isnan(lane_d_m):
+        raise ConfigError(
+            f"Maneuver.to_y_m = {lines[0]:g} is not allowed for a vehicle with turn = {spec.turn!r}, "
+            f"yaw_rad = {spec.yaw_rad:g}: only one that drives along the street goes over to another line of it; "
+            'leave to_y_m out, or turn = "" and yaw_rad = 0 (along x) or pi (against it).'
+        )
 
 
 def _along(street: StreetSpec, d_m: float, direction: int) -> tuple[Route, float, float] | None:

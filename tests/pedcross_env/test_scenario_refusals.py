@@ -1,12 +1,23 @@
 """Scenarios that cannot be are refused with the value, the rule and what would do."""
 
+import dataclasses
 import math
 
 import pytest
 
 from pedcross_env.config import EgoConfig, WorldConfig
 from pedcross_env.errors import ConfigError
-from pedcross_env.scenario import Intersection, Leg, PedestrianSpec, Scenario, StreetSpec, VehicleSpec
+from pedcross_env.scenario import (
+    Intersection,
+    Leg,
+    Maneuver,
+    PedestrianSpec,
+    Scenario,
+    StreetSpec,
+    Trigger,
+    VehicleSpec,
+)
+from pedcross_env.world.lanes import route_of
 
 CROSSED = StreetSpec(intersection=Intersection(x_m=60.0))
 
@@ -63,3 +74,13 @@ def test_nobody_walks_through_a_parked_car() -> None:
 def test_impossible_values_are_named(make, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         make()
+
+
+@pytest.mark.parametrize("turn", ["left", "straight"])
+def test_who_does_not_drive_along_the_street_goes_over_to_no_line_of_it(turn: str) -> None:
+    to_line = Maneuver(when=Trigger(time_s=0.0), to_y_m=0.0)
+    car = VehicleSpec(x_m=0.0, y_m=-1.75, speed_mps=10.0, turn=turn, maneuvers=(to_line,))
+    with pytest.raises(ConfigError, match=rf"to_y_m = 0 .*turn = '{turn}'.*leave to_y_m out"):
+        route_of(car, CROSSED)
+    along = dataclasses.replace(car, turn="")
+    assert math.isfinite(route_of(along, CROSSED)[2])
