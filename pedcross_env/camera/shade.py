@@ -14,7 +14,7 @@ from pedcross_env.contracts import StaticClass
 
 __all__ = ["Shade"]
 
-CELL_M, RANGE_M = 20.0, 160.0  # beyond it the ground between the houses is lower than a pixel
+RANGE_M = 160.0  # beyond it the ground between the houses is lower than a pixel
 OVERLAP_M = 0.3  # of the shadows of neighbours: a seam between two soft edges would be light
 PENUMBRA = 2 * math.tan(math.radians(0.2666))  # of the sun's disc, per metre of way
 ANGLE_SLACK = 1e-3  # sine below which the sun grazes along a wall
@@ -48,7 +48,6 @@ class Shade:
             self._sun = np.array([x / across, y / across, rise / across])
             self._walls = _casting(scenery.panels, self._sun)
         self._polygons, self._info = _on_ground(self._walls, sun_shear(light.sun_direction))
-        self._near: dict[tuple[int, int], tuple[np.ndarray, np.ndarray]] = {}
         groups, props = scenery.groups, scenery.props
         crowned = groups[:, 7] >= 0
         half = np.where(crowned, np.abs(groups[:, 11]), groups[:, 5])
@@ -59,16 +58,17 @@ class Shade:
         self.panels = self._on_panels(scenery.panels)
         self.props = np.where(props.idents[:, 0] == StaticClass.BUILDING, 1.0, self.on_actors(props.numbers))
 
-    def near(self, camera: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the shadows on the ground around a camera: (W, MAX_EDGES, 3) and (W, 8) float32 of kernels.ground_light."""
-        cell = int(camera[0] // CELL_M), int(camera[1] // CELL_M)
-        if cell not in self._near:
-            info, reach = self._info, RANGE_M + CELL_M
-            seen = np.ones(len(info), bool)
-            for k, c in enumerate(cell):
-                seen &= (info[:, 2 * k] < c * CELL_M + reach) & (info[:, 2 * k + 1] > c * CELL_M - RANGE_M)
-            self._near[cell] = self._polygons[seen], info[seen]
-        return self._near[cell]
+    def near(self, low: np.ndarray, size_m: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the shadows on the ground around a square: (W, MAX_EDGES, 3) and (W, 8) float32 of kernels.ground_light.
+
+        Args:
+            low: (2,) its corner of least x and y.
+            size_m: Of its sides.
+        """
+        info, seen = self._info, np.ones(len(self._info), bool)
+        for k in range(2):
+            seen &= (info[:, 2 * k] < low[k] + size_m + RANGE_M) & (info[:, 2 * k + 1] > low[k] - RANGE_M)
+        return self._polygons[seen], info[seen]
 
     def on_actors(self, numbers: np.ndarray) -> np.ndarray:
         """Return the shares of actors that the sun reaches: (N,).

@@ -114,7 +114,7 @@ class Stage:
         )  # fmt: skip
         away = np.maximum(low[0] - self._trees[:, 0], self._trees[:, 0] - low[0] - CELL_M)
         trees = self._trees[away < TREE_SHADOW_RANGE_M]
-        houses, house_info = self._shade.near(low)
+        houses, house_info = self._shade.near(low, CELL_M)
         most = len(houses) + POLYGONS_PER_ACTOR * (n + 1)
         polygons, info = np.zeros((most, MAX_EDGES, 3), np.float32), np.zeros((most, 8), np.float32)
         polygons[: len(houses)], info[: len(houses)] = houses, house_info

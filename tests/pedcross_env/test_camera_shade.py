@@ -66,7 +66,7 @@ def test_without_a_sun_nothing_is_shaded(one_house):
     for weather in (Weather(sun_altitude_deg=-10.0), Weather(cloudiness=1.0)):
         shade = Shade(one_house, light_of(weather))
         assert share_at(shade, 30.0, FRONT_M - 1.0, 1.8) == 1.0
-        assert len(shade.near(np.zeros(3))[0]) == 0
+        assert len(shade.near(np.zeros(2), 20.0)[0]) == 0
 
 
 @pytest.mark.parametrize("free", [False, True], ids=["by rows", "general"])
