@@ -18,10 +18,8 @@ INSTANT = (
     1 / 32
 )  # of the interval: flow is that of a moment, since what leaves the picture is not followed beyond
 _MARGIN_PX = 1.0
-_AROUND, _ACROSS = (
-    np.array([-0.5, 0.5, 0.5, -0.5]),
-    np.array([-0.5, -0.5, 0.5, 0.5]),
-)  # corners of a box from above
+# corners of a box from above
+_AROUND, _ACROSS = np.array([-0.5, 0.5, 0.5, -0.5]), np.array([-0.5, -0.5, 0.5, 0.5])
 _NEXT = [1, 2, 3, 0]
 
 

@@ -121,7 +121,7 @@ def _edges_of_columns(start, step, size, nodes, weights):
 
 @inlined
 def _passed_share(u):
-    """Share of a texel above a line ``u`` texels below its upper edge, the line one texel wide; see ``_edges_of_columns``."""
+    """Share of a texel above a line ``u`` texels below its middle, the line one texel wide; see ``_edges_of_columns``."""
     u = min(max(u, -1.0), 1.0)
     return 0.5 * (u + 1.0) * (u + 1.0) if u < 0.0 else 1.0 - 0.5 * (1.0 - u) * (1.0 - u)
 

@@ -70,10 +70,8 @@ def add_shine(lit, radiance, out):
 def lamp_light(s, t, base, origin_x, axis_x, lamp_map, map_start, map_step, out):
     """Bilinear look-up of the lamps' illuminance on this side's fronts: rows height, columns along the street."""
     last_column, last_row = np.float32(lamp_map.shape[1] - 1.001), np.float32(lamp_map.shape[0] - 1.001)
-    inv, one = (
-        np.float32(1.0 / map_step),
-        np.uint32(1),
-    )  # unsigned: numba lets a negative index count from the end
+    # unsigned: numba lets a negative index count from the end
+    inv, one = np.float32(1.0 / map_step), np.uint32(1)
     start, slope = np.float32((origin_x - map_start) / map_step), np.float32(axis_x / map_step)
     foot = np.float32(base / map_step)
     for i in range(out.shape[0]):

@@ -313,63 +313,18 @@ def draw_scene(
                 continue
             if idents[k, 1] == 1:
                 draw_vehicle(
-                    actors[k],
-                    looks[k, 0],
-                    vehicles,
-                    materials,
-                    rotation,
-                    camera,
-                    env,
-                    lamps,
-                    beams,
-                    table,
-                    optics,
-                    xs,
-                    size,
-                    scratch,
-                    work,
-                    hulls,
-                    car,
-                    spans,
-                    idents[k, 1] == ROOF_KIND,
-                )
+                    actors[k], looks[k, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch,
+                    work, hulls, car, spans, False,
+                )  # fmt: skip
             else:
                 draw_pedestrian(
-                    actors[k],
-                    builds[k],
-                    bodies[k],
-                    rotation,
-                    camera,
-                    env,
-                    lamps,
-                    beams,
-                    table,
-                    optics,
-                    size,
-                    scratch,
-                    work,
-                    people,
-                    spans,
-                )
+                    actors[k], builds[k], bodies[k], rotation, camera, env, lamps, beams, table, optics, size, scratch, work, people, spans,
+                )  # fmt: skip
             _put(scratch, spans, idents[k, 0], env, air, frame, owners, buf)
         else:
             _draw_group(
-                groups[k - n],
-                capsules,
-                maps[2],
-                rotation,
-                camera,
-                env,
-                lamps,
-                beams,
-                table,
-                optics,
-                size,
-                scratch,
-                work,
-                bones,
-                spans,
-            )
+                groups[k - n], capsules, maps[2], rotation, camera, env, lamps, beams, table, optics, size, scratch, work, bones, spans,
+            )  # fmt: skip
             _put(scratch, spans, int(groups[k - n, 6]), env, air, frame, owners, buf)
     for side in range(2):  # the two rows of houses apart: their bounding boxes leave out the street
         faced = outline_walls(panels, side, rotation, camera, optics, size, seen)
