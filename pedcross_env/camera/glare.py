@@ -93,17 +93,26 @@ class Glare:
             radiance = light.sun_lx / (math.pi * SUN_RADIUS_RAD**2)
             add_sun_disc(out, luminance, alpha, sun[0], sun[1], SUN_RADIUS_RAD * pose.focal_px, radiance)
 
+    def dazzled(self, pose: CameraPose, light: Light) -> bool:
+        """Whether there can be any glare: lamps, an own beam, or the sun before the lens."""
+        return bool(light.beam_on or light.lamp_lx.sum() > 0 or _sun_place(pose, light)[2] > 0)
+
     def _sun(self, alpha: np.ndarray, pose: CameraPose, light: Light) -> np.ndarray | None:
         """Column, row and light of the sun as a source, or None where it does not shine into the lens."""
-        direction = pose.rotation @ light.sun_direction
-        if light.sun_lx.sum() <= 0 or direction[2] <= 0.05:
-            return None
-        column = pose.cx + pose.focal_px * direction[0] / direction[2]
-        row = pose.cy + pose.focal_px * direction[1] / direction[2]
-        outside = max(-column, column - pose.width_px, -row, row - pose.height_px, 0.0)
-        share = max(0.0, 1.0 - outside / (OUTSIDE * pose.width_px))
+        column, row, share = _sun_place(pose, light)
         if share > 0:
             share *= sky_share(alpha, column, row, SUN_RADIUS_RAD * pose.focal_px)
         if share <= 0:
             return None
         return np.array([column, row, *(share * pose.focal_px**2 * light.sun_lx)])
+
+
+def _sun_place(pose: CameraPose, light: Light) -> tuple[float, float, float]:
+    """Column and row of the sun, and which share of its light the lens would catch, were nothing before it."""
+    direction = pose.rotation @ light.sun_direction
+    if light.sun_lx.sum() <= 0 or direction[2] <= 0.05:
+        return 0.0, 0.0, 0.0
+    column = pose.cx + pose.focal_px * direction[0] / direction[2]
+    row = pose.cy + pose.focal_px * direction[1] / direction[2]
+    outside = max(-column, column - pose.width_px, -row, row - pose.height_px, 0.0)
+    return column, row, max(0.0, 1.0 - outside / (OUTSIDE * pose.width_px))

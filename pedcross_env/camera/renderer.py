@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,7 +27,7 @@ from pedcross_env.camera.light import (
     low_beam_table,
 )
 from pedcross_env.camera.models import material_table, model_table
-from pedcross_env.camera.pinhole import CameraPose, camera_pose, project
+from pedcross_env.camera.pinhole import CameraPose, Tile, camera_pose, project
 from pedcross_env.camera.profiles import bands_of, stripes_of
 from pedcross_env.camera.scenery import (
     ACROSS_TEXEL_M,
@@ -39,7 +41,7 @@ from pedcross_env.camera.shade import Shade
 from pedcross_env.camera.sky import Sky
 from pedcross_env.camera.snow import snowed
 from pedcross_env.camera.spray import Spray
-from pedcross_env.camera.stage import Stage
+from pedcross_env.camera.stage import Stage, Staged
 from pedcross_env.camera.tunnel import Tunnel, cleared, require_straight
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import Frame, Snapshot
@@ -53,6 +55,17 @@ __all__ = ["Renderer"]
 LAMP_RANGE_M = 90.0
 CARRIED_M = 1.2  # how far bags, umbrellas and strollers reach beyond a body
 MOST_YAW_DEG = 6.0  # of the mount, for the ground kernel that works by rows
+
+
+class _Moment(NamedTuple):
+    """What is seen at a moment, in the kernels' tables."""
+
+    pose: CameraPose
+    light: Light
+    env: np.ndarray
+    lamps: np.ndarray
+    beams: np.ndarray
+    staged: Staged
 
 
 class Renderer:
@@ -73,7 +86,8 @@ class Renderer:
             c: (np.zeros((c, h, w), np.float32), np.zeros((h, w), np.float32), np.zeros((h, w), np.float32))
             for c in (1, 3)
         }
-        self._alpha, self._nearest, self._weight = (np.zeros((h, w), np.float32) for _ in range(3))
+        # what objects cover, the nearest of them, and who owns how much of a pixel
+        self._canvas = np.zeros((h, w), np.float32), np.zeros((h, w), np.float32), np.zeros((h, w), np.float32)
         self._ground_work = (
             np.zeros(3), np.zeros(513, np.float32), np.zeros(18, np.float32), np.zeros(4, np.int64), np.zeros((4, 3), np.float32),
         )  # fmt: skip
@@ -165,56 +179,125 @@ class Renderer:
             raise ConfigError(
                 "Renderer.render was called before load: call load(street, weather) once per episode."
             )
-        scenery, light = self._scenery, flashed(self._light, flash_lx)
-        pose = camera_pose(self._view, snapshot.ego)
+        light = flashed(self._light, flash_lx)
+        moment = self._moment(snapshot, light)
+        pose = moment.pose
         channels = 1 if luminance_only else 3
-        shape = (self._view.height_px, self._view.width_px)
+        shape = (pose.height_px, pose.width_px)
         out = np.zeros((channels, *shape), np.float32)
-        constant = self._constant if light is self._light else constant_environment(light, self._weather)
-        env = environment(constant, pose, snapshot.ego, light)
-        lamps = self._lamps(pose, scenery, light)
-        beams = others_beams(pose, snapshot.actors, light)
-        self._table = self._tables[int(snapshot.ego["headlight"] > 1)]
-        optics, rotation, camera = (pose.focal_px, pose.cx, pose.cy), pose.rotation, pose.origin
         # A wet road mirrors and a tunnel hides by depth; the general ground kernel always fills it.
         by_depth = self._weather.wetness > 0 or self._tunnel is not None or self._free is not None
         owners = by_depth or not luminance_only
         depth, ids = (np.zeros(shape, np.float32), np.zeros(shape, np.int32)) if owners else self._nobody
-        if owners:
-            self._weight.fill(0)
-        planes = (out, self._alpha, self._nearest, self._weight, depth, ids)
-        cast, sunlit, shadows = self._stage.at(snapshot, camera)
-        draw_scene(
-            *cast,
-            self._vehicles, self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
-            rotation, camera, env, lamps, beams, self._table, optics, self._xs, shape, self._scratch[channels], planes, owners,
-            (sunlit, self._shade.groups, self._shade.panels), self._buf,
-        )  # fmt: skip
-        rest = (out, self._alpha, self._weight, depth, ids)
-        lights = (self._ground_map, scenery.ground_frame, beams, self._table)
-        if self._free is not None:
-            draw_ground_freely(pose, env, self._free, shadows, lights, self._xs, rest, self._buf)
-        else:
-            along_start = self._street.start_x_m - 100.0
-            street = (self._street.kerb_height_m, along_start, ALONG_TEXEL_M, GROUND_TEXEL_M)
-            draw_ground_and_sky(
-                rotation, camera, env, street, (scenery.along, self._stripes, self._grain), self._bands, shadows, lights, optics,
-                self._xs, shape, rest, owners, self._ground_work, self._buf,
-            )  # fmt: skip
-        self._sky.add_clouds(out, self._alpha, pose, env, light)
+        self._draw(moment, (0, 0), out, depth, ids, owners)
         self._mirror_in_road(pose, out, depth, ids, light)
         luminance, colour = (out[0], out[:0]) if luminance_only else (np.empty(shape, np.float32), out)
         if owners:
             finish_frame(colour, depth, luminance)
-            head = (env, self._table, self._weather.extinction_per_m)
+            head = (moment.env, self._table, self._weather.extinction_per_m)
             self._spray.add(colour, luminance, depth, snapshot, pose, light, head)
         if self._tunnel is not None:
             self._tunnel.enclose(colour, luminance, depth, ids, pose, light)
-        self._glare.add(out, luminance, self._alpha, pose, self._light)
+        self._glare.add(out, luminance, self._canvas[0], pose, self._light)
         frame = Frame(luminance, out, depth, ids, light.airlight)
         if luminance_only:
             frame = Frame(luminance, None, None, None, light.airlight)
         return frame if self._lens is None else self._lens.apply(frame)
+
+    def by_tiles(self, ego: np.ndarray) -> bool:
+        """Whether parts of the picture can be rendered alone: not where some of it shines, is mirrored or bent into the rest.
+
+        Args:
+            ego: One ACTOR_DTYPE record, from whose camera it is seen.
+        """
+        if self._light is None or self._lens is not None or self._tunnel is not None or self._free is not None:
+            return False
+        return self._weather.wetness <= 0 and not self._glare.dazzled(
+            camera_pose(self._view, ego), self._light
+        )
+
+    def tiles(self, snapshot: Snapshot, tiles: Sequence[Tile]) -> list[np.ndarray]:
+        """Render the luminance of parts of the picture: what ``render`` has there, up to rounding.
+
+        Args:
+            snapshot: Ego and actors.
+            tiles: Within the picture.
+
+        Returns:
+            (height_px, width_px) float32 cd/m2 for each of them.
+
+        Raises:
+            ConfigError: Where ``by_tiles`` does not hold.
+        """
+        if not self.by_tiles(snapshot.ego) or self._light is None:
+            raise ConfigError(
+                "Renderer.tiles was called where parts of the picture cannot be rendered alone (see Renderer.by_tiles): call render."
+            )
+        moment = self._moment(snapshot, self._light)
+        pictures = [np.zeros((1, tile.height_px, tile.width_px), np.float32) for tile in tiles]
+        for tile, out in zip(tiles, pictures, strict=True):
+            self._draw(moment, (tile.top, tile.left), out, *self._nobody, False)
+        return [out[0] for out in pictures]
+
+    def _moment(self, snapshot: Snapshot, light: Light) -> _Moment:
+        """Place camera, lights and actors."""
+        assert self._scenery is not None and self._light is not None
+        pose = camera_pose(self._view, snapshot.ego)
+        constant = self._constant if light is self._light else constant_environment(light, self._weather)
+        env = environment(constant, pose, snapshot.ego, light)
+        lamps = self._lamps(pose, self._scenery, light)
+        beams = others_beams(pose, snapshot.actors, light)
+        self._table = self._tables[int(snapshot.ego["headlight"] > 1)]
+        return _Moment(pose, light, env, lamps, beams, self._stage.at(snapshot, pose.origin))
+
+    def _draw(
+        self,
+        moment: _Moment,
+        corner: tuple[int, int],
+        out: np.ndarray,
+        depth: np.ndarray,
+        ids: np.ndarray,
+        owners: bool,
+    ) -> None:
+        """Draw objects, ground and sky into the part of the picture that begins at row and column ``corner``.
+
+        Args:
+            moment: What is seen.
+            corner: Row and column.
+            out: (C, h, w) zeros: radiance or luminance.
+            depth: (h, w) zeros: 1 / m, if ``owners``.
+            ids: (h, w) zeros, if ``owners``.
+            owners: Whether to fill depth and ids.
+        """
+        assert self._scenery is not None
+        pose, light, env, lamps, beams, (cast, sunlit, shadows) = moment
+        scenery, (channels, *shape) = self._scenery, out.shape
+        size, (top, left) = (shape[0], shape[1]), corner
+        optics, xs = (pose.focal_px, pose.cx - left, pose.cy - top), self._xs[: size[1]]
+        alpha, nearest, weight = (_part(plane, size) for plane in self._canvas)
+        colours, cover, inverse = self._scratch[channels]
+        scratch = (_part(colours, (channels, *size)), _part(cover, size), _part(inverse, size))
+        if owners:
+            weight.fill(0)
+        draw_scene(
+            *cast,
+            self._vehicles, self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
+            pose.rotation, pose.origin, env, lamps, beams, self._table, optics, xs, size, scratch, (out, alpha, nearest, weight, depth, ids),
+            owners, (sunlit, self._shade.groups, self._shade.panels), self._buf,
+        )  # fmt: skip
+        rest = (out, alpha, weight, depth, ids)
+        lights = (self._ground_map, scenery.ground_frame, beams, self._table)
+        if self._free is not None:
+            draw_ground_freely(pose, env, self._free, shadows, lights, xs, rest, self._buf)
+        else:
+            street = (
+                self._street.kerb_height_m, self._street.start_x_m - 100.0, ALONG_TEXEL_M, GROUND_TEXEL_M, 0.5 * pose.width_px - left,
+            )  # fmt: skip
+            draw_ground_and_sky(
+                pose.rotation, pose.origin, env, street, (scenery.along, self._stripes, self._grain), self._bands, shadows, lights, optics,
+                xs, size, rest, owners, self._ground_work, self._buf,
+            )  # fmt: skip
+        self._sky.add_clouds(out, alpha, pose, env, light, corner)
 
     def visible_fraction(self, frame: Frame, snapshot: Snapshot, actor_id: int) -> float:
         """Return which share of an actor's silhouette is seen: 0 hidden, 1 in full view.
@@ -287,7 +370,7 @@ class Renderer:
         film = weather.wetness, film_slope(weather.water_film_mm, weather.rain_mm_h)
         unknown = light.horizon if len(out) == 3 else np.array([light.airlight])
         mirror_in_road(
-            out, inverse, ids, self._alpha, horizon, tilt, pose.focal_px, pose.origin[2], film, unknown.astype(np.float32),
+            out, inverse, ids, self._canvas[0], horizon, tilt, pose.focal_px, pose.origin[2], film, unknown.astype(np.float32),
             *self._mirror,
         )  # fmt: skip
 
@@ -296,6 +379,11 @@ class Renderer:
             return np.zeros((0, 3))
         near = np.abs(scenery.lamps[:, 0] - pose.origin[0]) < LAMP_RANGE_M
         return np.ascontiguousarray(np.einsum("ij,nj->ni", pose.rotation, scenery.lamps[near] - pose.origin))
+
+
+def _part(plane: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """The beginning of a plane's memory as a smaller plane, whose rows follow each other closely."""
+    return plane.reshape(-1)[: math.prod(shape)].reshape(shape)
 
 
 def _beam_tables() -> np.ndarray:

@@ -202,7 +202,7 @@ def _ground_row(
 ):  # fmt: skip
     """Ground between columns a and b of one row."""
     focal, cx, cy = optics
-    kerb_h, along_start, along_texel, grain_texel = street
+    kerb_h, along_start, along_texel, grain_texel, middle = street
     along_table, stripes, grain = tables
     count, kinds, weights = albedo
     polygons, polygon_info, capsules = shadows
@@ -229,7 +229,7 @@ def _ground_row(
             ahead = rotation[2, 0] * rotation[2, 0] + rotation[2, 1] * rotation[2, 1]
             near_z = min(FAR_M, height / max(1e-9, down))
             far_z = min(FAR_M, height / max(1e-9, rise)) if rise > 1e-9 else FAR_M
-            middle_x = x0 + dx * 0.5 * xs.shape[0]
+            middle_x = x0 + dx * middle
             foot_x = (far_z - near_z) * math.sqrt(ahead)
             low_x, high_x = middle_x - 0.5 * foot_x, middle_x + 0.5 * foot_x
             _along(along_table, along_start, along_texel, low_x, high_x, along)
@@ -322,7 +322,8 @@ def draw_ground_and_sky(
         rotation: (3, 3) world to camera.
         camera: (3,) its position.
         env: (ENV_SIZE,) see kernels.lighting.
-        street: (kerb height, start of the profiles along, their texel, the grain's texel), metres.
+        street: (kerb height, start of the profiles along, their texel, the grain's texel), metres; the column in the middle of the
+            picture, at which all of a row's profiles along are read.
         tables: (profiles along (N, 3), stripes across by kind, grain's running sums).
         bands: (bands of the road, those above the kerb, work for either), see kernels.bands.
         shadows: (polygons, their facts, capsules).
