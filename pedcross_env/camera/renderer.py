@@ -87,7 +87,11 @@ class Renderer:
             for c in (1, 3)
         }
         # what objects cover, the nearest of them, and who owns how much of a pixel
-        self._canvas = np.zeros((h, w), np.float32), np.zeros((h, w), np.float32), np.zeros((h, w), np.float32)
+        self._canvas = (
+            np.zeros((h, w), np.float32),
+            np.zeros((h, w), np.float32),
+            np.zeros((h, w), np.float32),
+        )
         self._ground_work = (
             np.zeros(3), np.zeros(513, np.float32), np.zeros(18, np.float32), np.zeros(4, np.int64), np.zeros((4, 3), np.float32),
         )  # fmt: skip
@@ -210,7 +214,12 @@ class Renderer:
         Args:
             ego: One ACTOR_DTYPE record, from whose camera it is seen.
         """
-        if self._light is None or self._lens is not None or self._tunnel is not None or self._free is not None:
+        if (
+            self._light is None
+            or self._lens is not None
+            or self._tunnel is not None
+            or self._free is not None
+        ):
             return False
         return self._weather.wetness <= 0 and not self._glare.dazzled(
             camera_pose(self._view, ego), self._light
@@ -241,7 +250,8 @@ class Renderer:
 
     def _moment(self, snapshot: Snapshot, light: Light) -> _Moment:
         """Place camera, lights and actors."""
-        assert self._scenery is not None and self._light is not None
+        assert self._scenery is not None
+        assert self._light is not None
         pose = camera_pose(self._view, snapshot.ego)
         constant = self._constant if light is self._light else constant_environment(light, self._weather)
         env = environment(constant, pose, snapshot.ego, light)
