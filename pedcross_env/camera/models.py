@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -23,7 +24,8 @@ __all__ = [
 ]  # fmt: skip
 
 Point = tuple[float, float, float]
-CORNERS_AT_MOST, FACES_AT_MOST = 20, 64  # of a face, and of a part: what the kernels have room for
+CORNERS_AT_MOST, FACES_AT_MOST = 20, 96  # of a face, and of a part: what the kernels have room for
+FLAT_M = 1e-9  # what rounding leaves of corners in one plane
 PAINTED, FINE = 1, 2  # face details: always there; only near by
 
 # albedo r, g, b, gloss, emission kind (0 none, 1 headlight, 2 tail and brake light)
@@ -92,8 +94,31 @@ class ModelBuilder:
         normal = np.cross(p, np.roll(p, -1, axis=0)).sum(axis=0)
         return corners if float((normal * (p.mean(axis=0) - middle)).sum()) >= 0 else corners[::-1]
 
+    def _flat(self, corners: list[int], middle: np.ndarray) -> list[list[int]]:
+        """Split a face into triangles unless it is flat, in the way that bulges outwards.
+
+        Seen nearly edge-on, a part of a twisted face is turned towards the camera and another away from it: that would be drawn
+        with less than no coverage.
+        """
+        face = self._outwards(corners, middle)
+        if len(face) < 4 or _bulge(np.array([self._points[i] for i in face])) <= FLAT_M:
+            return [face]
+        fans = []
+        for turn in range(len(face)):
+            first, *rest = face[turn:] + face[:turn]
+            fans.append([[first, p, q] for p, q in pairwise(rest)])
+        return min(fans, key=lambda fan: self._rise(fan, face))
+
+    def _rise(self, fan: list[list[int]], face: list[int]) -> float:
+        """How far corners of a face rise above the triangles it is split into: 0 where they are convex."""
+        points = np.array([self._points[i] for i in face])
+        planes = [_plane(np.array([self._points[i] for i in triangle])) for triangle in fan]
+        return max(float((points @ plane[:3] - plane[3]).max()) for plane in planes)
+
     def loft(self, rings: Sequence[Sequence[Point]], material: int, caps: int | None = None) -> None:
         """Add a convex part between rings of equally many corners, each closed by a cap at either end.
+
+        Faces that are not flat become triangles.
 
         Args:
             rings: Two or more, in order along the part.
@@ -113,7 +138,7 @@ class ModelBuilder:
         for k in range(len(rings) - 1):
             a, b = base + k * n, base + (k + 1) * n
             faces += [([a + i, a + (i + 1) % n, b + (i + 1) % n, b + i], material, 0) for i in range(n)]
-        self._parts.append([(self._outwards(f, middle), m, d) for f, m, d in faces])
+        self._parts.append([(flat, m, d) for f, m, d in faces for flat in self._flat(f, middle)])
         self._middles.append(middle)
 
     def box(
@@ -289,6 +314,12 @@ def _plane(corners: np.ndarray) -> np.ndarray:
     """Return Newell's normal of a face and its product with the first corner."""
     normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
     return np.append(normal, normal @ corners[0])
+
+
+def _bulge(corners: np.ndarray) -> float:
+    """How far a face's corners lie off its plane, metres."""
+    plane = _plane(corners)
+    return float(np.ptp(corners @ plane[:3]) / max(np.sqrt(plane[:3] @ plane[:3]), FLAT_M))
 
 
 def _beyond(part: Sequence[tuple[tuple[int, ...], int, int]], first: int) -> list[int]:

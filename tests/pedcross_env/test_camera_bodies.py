@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from camera_scenes import renderer, snapshot, vehicle
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from pedcross_env.camera.kernels.jit import entry
 from pedcross_env.camera.kernels.polyhedra import PLACED, draw_polyhedron, polyhedron_work
-from pedcross_env.camera.models import ModelBuilder, model_table
+from pedcross_env.camera.models import ModelBuilder, model_index, model_table
 
 HEIGHT, WIDTH = 60, 450
 FOCAL, CX, CY = 400.0, 225.0, 30.0
@@ -144,3 +147,65 @@ def test_two_faces_share_each_edge_of_the_models_that_ship():
         for k, (a, b) in enumerate(zip(run, run[1:] + run[:1], strict=True)):
             expected = -1 if painted else edges[part, b, a]
             assert beyond[starts[face] + k] == expected
+
+
+def test_faces_of_the_models_that_ship_are_flat():
+    table = model_table()
+    model = np.repeat(
+        np.arange(len(table.model_parts) - 1), np.diff(table.part_faces[table.model_parts])
+    )  # of each face
+    for face in np.flatnonzero(table.face_detail == 0):
+        run = table.face_corners[table.face_start[face] : table.face_start[face + 1]]
+        corners = table.points[table.model_points[model[face]] + run]
+        normal, distance = table.face_plane[face, :3], table.face_plane[face, 3]
+        assert np.abs(corners @ normal - distance).max() < 1e-8 * np.linalg.norm(normal)
+
+
+@pytest.mark.parametrize("turn_deg", [-20.0, 20.0])
+def test_a_twisted_body_lies_within_its_rings_corners_and_bulges_outwards(turn_deg):
+    model = _twisted(turn_deg)
+    hull = ConvexHull(model.points)
+    faces = [face for face, _, _ in model.parts[0]]
+    assert len(faces) == 2 + 2 * 4
+    volume = 0.0
+    for face in faces:
+        a, *rest = np.array(model.points)[list(face)]
+        volume += sum(a @ np.cross(p, q) for p, q in pairwise(rest)) / 6
+    assert volume == pytest.approx(hull.volume)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_no_part_of_a_twisted_body_gives_less_than_no_light(seed):
+    """Seen edge-on, a twisted face that is drawn as one turns both towards the camera and away from it."""
+    model = _twisted(20.0)
+    turn, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    turn *= np.sign(np.linalg.det(turn))
+    corners = np.array(model.points) @ turn.T + (0.0, 0.0, 20.0)
+    faces = [face for face, _, _ in model.parts[0]]
+    (radiance, cover, inverse), _ = _draw_cube(corners, faces)
+    assert radiance[0].min() >= -1e-5
+    assert (radiance[0] <= len(faces) * cover + 1e-4).all()
+    assert cover.sum(dtype=float) == pytest.approx(_area_in_image(corners), rel=1e-4)
+    assert inverse.max() <= 1.01 / corners[:, 2].min()
+
+
+def _twisted(turn_deg):
+    """A tower whose roof is turned against its foot: none of its walls is flat."""
+    turns = [np.deg2rad(45.0 + 90.0 * k) for k in range(4)]
+    more = np.deg2rad(turn_deg)
+    builder = ModelBuilder()
+    builder.loft(
+        [[(np.cos(t), np.sin(t), -1.0) for t in turns], [(np.cos(t + more), np.sin(t + more), 1.0) for t in turns]], 0,
+    )  # fmt: skip
+    return builder.build(2.0, 2.0, 2.0)
+
+
+@pytest.mark.parametrize("name", ["hatchback", "sedan", "suv", "van", "bus", "truck", "motorcycle"])
+def test_vehicles_give_no_negative_light(name):
+    number, size = model_index(name)
+    street = renderer()
+    for away in np.arange(5.0, 30.0, 0.75):
+        body = vehicle(
+            5, away, -4.43, model=number, length=size.length_m, width=size.width_m, height=size.height_m
+        )
+        assert street.render(snapshot(body), luminance_only=True).luminance.min() > 0.0

@@ -77,6 +77,6 @@ def test_furniture_that_people_would_walk_through_is_refused():
 
 def test_a_part_with_too_many_faces_is_refused():
     many = ModelBuilder()
-    many.loft([[(x, y, 0.1 * k) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))] for k in range(20)], 4)
+    many.loft([[(x, y, 0.1 * k) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))] for k in range(30)], 4)
     with pytest.raises(ConfigError, match="faces of a part"):
         many.build(2.0, 2.0, 2.0)

@@ -23,7 +23,7 @@ from pedcross_env.camera.kernels.rows import F0, F1, TINY, add_row, merge_row
 
 __all__ = ["PLACED", "draw_polyhedron", "fineness", "polyhedron_work"]
 
-MAX_FACES = 64
+MAX_FACES = 96
 MAX_ROWS, AREA_PX = 256, 4096  # worked on at a time: fits the caches
 NOWHERE = 1 << 30
 FINE_PX_PER_M = 18.0  # fine details are gone at this resolution, whole at twice of it
