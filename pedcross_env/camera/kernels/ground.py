@@ -241,8 +241,8 @@ def _ground_row(
             shadow_row(
                 polygons, polygon_info, capsules, np.float32(min(ends) - foot_x), np.float32(max(ends) + foot_x), xs[:n],
                 np.float32(x0 + dx * a), np.float32(dx), np.float32(y0 + dy * a), np.float32(dy),
-                (np.float32(camera[0]), np.float32(camera[1])), np.float32(foot_x), np.float32(abs(dy)), buf[SUN, :n], buf[SKY, :n],
-                buf[LAMP],
+                (np.float32(camera[0]), np.float32(camera[1])), np.float32(max(0.1, middle_x - camera[0])), np.float32(foot_x),
+                np.float32(abs(dy)), buf[SUN, :n], buf[SKY, :n], buf[LAMP],
             )  # fmt: skip
             if lights_on:
                 place = (x0, dx, y0, dy)

@@ -19,28 +19,32 @@ from pedcross_env.camera.kernels.rows import F0, F1, HALF
 
 __all__ = ["beam_at", "lamp_at", "lights_row", "shadow_row"]
 
+LEVEL = np.float32(1e-9)  # change per pixel of the distance to an edge that is none
 BEAM_RANGE_M = 90.0
 BEAM_STEP = 0.01  # of the tangent to the side, in the beams' table
 
 
 @kernel
-def _edge_width(edge, x, y, eye, foot_x, foot_y, soft):
-    """How wide a straight edge looks from a pixel at (x, y): the spread of its footprint and of the penumbra.
+def _edge_width(edge, eye, ahead_x, foot_x, foot_y, soft):
+    """How wide a straight edge looks where a row crosses it, ``ahead_x`` before the eye: the spread of its footprint and of the penumbra.
 
-    The footprint reaches ``foot_x`` along the line of sight, not along x: an edge that runs towards the eye stays sharp.
+    The footprint reaches ``foot_x`` along the line of sight, not along x: an edge that runs towards the eye stays sharp. Along
+    that line, per metre ahead, an edge comes nearer by its distance from the eye over that of the row.
     """
-    slant = (y - eye[1]) / max(np.float32(0.1), x - eye[0])
-    ahead, beside = (edge[0] + edge[1] * slant) * foot_x, edge[1] * foot_y
+    ahead = (edge[0] * eye[0] + edge[1] * eye[1] + edge[2]) / ahead_x * foot_x
+    beside = edge[1] * foot_y
     return np.sqrt(ahead * ahead + beside * beside + soft * soft)
 
 
 @kernel
-def _polygon_shadow(shape, count, xs, x0, dx, y0, dy, eye, foot_x, foot_y, soft, strength, ramps, out):
+def _polygon_shadow(
+    shape, count, xs, x0, dx, y0, dy, eye, ahead_x, foot_x, foot_y, soft, strength, ramps, out
+):
     """Darken ``out`` (share of light) under a convex polygon on the ground with soft edges.
 
     Along a row the distance to an edge is linear, so that where the row enters and leaves the edges' soft borders is known:
     pixels between are dark as a whole, and only the borders are computed one by one. A border is as wide as where the row
-    crosses its edge's middle.
+    crosses its edge's middle, whichever part of the row is drawn.
     """
     n = xs.shape[0]
     left, right = xs[0], xs[n - 1]
@@ -50,11 +54,9 @@ def _polygon_shadow(shape, count, xs, x0, dx, y0, dy, eye, foot_x, foot_y, soft,
     for k in range(count):
         a, b = shape[k, 0], shape[k, 1]
         start, slope = a * x0 + b * y0 + shape[k, 2], a * dx + b * dy
-        level = abs(slope) * (right - left) < np.float32(1e-6)
-        at = left if level else min(right, max(left, -start / slope))
-        width = _edge_width(shape[k], x0 + dx * at, y0 + dy * at, eye, foot_x, foot_y, soft)
+        width = _edge_width(shape[k], eye, ahead_x, foot_x, foot_y, soft)
         half = HALF * width
-        if level:
+        if abs(slope) < LEVEL:
             start, slope = start + slope * left, F0
             if start <= -half:
                 return
@@ -103,9 +105,12 @@ def _capsule_shadow(shape, xs, x0, dx, y0, dy, foot_x, foot_y, strength, out):
 
 @kernel
 def shadow_row(
-    polygons, polygon_info, capsules, row_x0, row_x1, xs, x0, dx, y0, dy, eye, foot_x, foot_y, sun, sky, work
-):
-    """Apply all shadows that reach this row to the shares of sunlight and skylight; ``work`` (>= 2 MAX_EDGES,) is overwritten."""
+    polygons, polygon_info, capsules, row_x0, row_x1, xs, x0, dx, y0, dy, eye, ahead_x, foot_x, foot_y, sun, sky, work
+):  # fmt: skip
+    """Apply all shadows that reach this row to the shares of sunlight and skylight; ``work`` (>= 2 MAX_EDGES,) is overwritten.
+
+    ``ahead_x`` is how far before the eye the row lies in the middle of the picture, metres along x.
+    """
     inv = F1 / dy
     low, high = min(row_x0, row_x1), max(row_x0, row_x1)
     for k in range(polygons.shape[0]):
@@ -127,6 +132,7 @@ def shadow_row(
                 y0,
                 dy,
                 eye,
+                ahead_x,
                 foot_x,
                 foot_y,
                 info[5],

@@ -151,7 +151,8 @@ def _forget(touched, rows):
 
 @kernel
 def _step_body(edges, count, area, sums, shares, touched):
-    """Add the steps of coverage, inverse depth and colour at the edges that bound a body.
+    """Add the steps of coverage, inverse depth (counted from the area's first column: less is lost to rounding) and colour at the
+    edges that bound a body.
 
     ``area`` is (first row, row beyond the last, first column, columns); ``touched`` has the columns of each row's first and last step.
     """
@@ -168,7 +169,7 @@ def _step_body(edges, count, area, sums, shares, touched):
             )
             r = row - top
             k = r * (columns + 2) + first
-            inverse = np.float32(edge[PLANE + 1] * (row + 0.5) + edge[PLANE + 2])
+            inverse = np.float32(edge[PLANE] * left + edge[PLANE + 1] * (row + 0.5) + edge[PLANE + 2])
             for i in range(n):
                 share = shares[i]
                 sums[COVER, k + i] += share * cover
@@ -186,7 +187,7 @@ def _step_body(edges, count, area, sums, shares, touched):
 @kernel
 def _sum_up(area, xs, sums, touched):
     """Turn steps into coverage, inverse depth and colours by running sums along the rows."""
-    top, bottom, left, columns = area
+    top, bottom, _, columns = area
     colourful = sums.shape[0] > COLOUR + 1
     for r in range(bottom - top):
         a, b = touched[r, 0], min(columns, touched[r, 1])
@@ -199,7 +200,7 @@ def _sum_up(area, xs, sums, touched):
             red += sums[COLOUR, at + i]
             share = F1 / cover if abs(cover) > TINY else F0
             sums[COVER, at + i] = min(F1, abs(cover))
-            sums[INVERSE, at + i] = max(F0, (inverse + slope * xs[left + i]) * share)
+            sums[INVERSE, at + i] = max(F0, (inverse + slope * xs[i]) * share)
             sums[COLOUR, at + i] = red * share
             if colourful:
                 green += sums[COLOUR + 1, at + i]
