@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from pedcross_env.camera.kernels.jit import entry, kernel
+from pedcross_env.camera.kernels.jit import allocating, entry, kernel
 
 __all__ = ["ADC_MAX", "BLOOM_CAP", "BLOOM_FROM", "bloom", "develop", "mean_log"]
 
@@ -23,7 +23,7 @@ _BYTES_MEAN = np.float32(510.0)
 _BYTES_SCALE = np.float32(1.0 / math.sqrt(4 * (256**2 - 1) / 12))
 
 
-@njit(cache=True, error_model="numpy")
+@entry
 def mean_log(values: np.ndarray) -> float:
     """Mean natural logarithm of positive values."""
     total = 0.0
@@ -42,7 +42,7 @@ def _scramble(counter: np.uint32, first: np.uint32, second: np.uint32) -> np.uin
     return np.uint32(h ^ np.uint32(h >> np.uint32(16)))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _noisy_row(row, scale, well_e, read_variance, start, first, second, digits):
     top = np.float32(ADC_MAX)
     to_digits = np.float32(top / well_e)
@@ -60,7 +60,7 @@ def _noisy_row(row, scale, well_e, read_variance, start, first, second, digits):
         digits[x] = np.int32(min(top, max(np.float32(0.0), read_out * to_digits)) + np.float32(0.5))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _clean_row(row, scale, well_e, digits):
     top = np.float32(ADC_MAX)
     to_digits = np.float32(scale * top / well_e)
@@ -184,7 +184,7 @@ def _code_row(table, red, green, blue, line):
         line[3 * x + 2] = table[blue[x]]
 
 
-@njit(cache=True, error_model="numpy")
+@allocating
 def develop(radiance, scale, well_e, read_variance, noise, first, second, table, glow, lit, cell, image):
     """Turn (3, H, W) radiance into a picture, (H, 3 W) bytes: glow, electrons, noise, 12 bits, code table.
 

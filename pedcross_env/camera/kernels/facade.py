@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from pedcross_env.camera.kernels.facade_light import (
     add_shine,
@@ -22,7 +21,7 @@ from pedcross_env.camera.kernels.facade_pattern import (
     plain_pattern,
     upper_pattern,
 )
-from pedcross_env.camera.kernels.jit import INT, kernel
+from pedcross_env.camera.kernels.jit import INT, allocating, kernel
 from pedcross_env.camera.kernels.lighting import ENV_BEAM, ENV_LAMP, ENV_WINDOW
 from pedcross_env.camera.kernels.polygons import (
     MAX_CORNERS,
@@ -61,7 +60,7 @@ def _slopes(direction, optics):
     return np.float32(constant), np.float32(per_column), np.float32(per_row)
 
 
-@njit(cache=True)
+@allocating
 def panel_work(width):
     """Allocate what ``draw_panel`` works in."""
     return (

@@ -17,7 +17,9 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-__all__ = ["INT", "LANES", "entry", "inlined", "kernel"]
+from pedcross_env.camera.kernels.compiling import EntryCompiler, KernelCompiler
+
+__all__ = ["INT", "LANES", "allocating", "entry", "inlined", "kernel"]
 
 INT = np.int64
 """Makes an integer of one type of a literal."""
@@ -28,14 +30,21 @@ worked on in whole vectors where what lies beside them does not matter."""
 
 def entry(function: Callable[..., Any]) -> Any:
     """Compile a function that allocates nothing and that Python may call; cached."""
-    return njit(cache=True, fastmath=False, error_model="numpy", _nrt=False)(function)
+    return njit(cache=True, fastmath=False, error_model="numpy", _nrt=False, pipeline_class=EntryCompiler)(
+        function
+    )
+
+
+def allocating(function: Callable[..., Any]) -> Any:
+    """Compile a function that allocates, for Python and for other functions that do; cached."""
+    return njit(cache=True, fastmath=False, error_model="numpy", pipeline_class=EntryCompiler)(function)
 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function that allocates nothing into the entries that call it; a call from Python is a TypeError."""
     dispatcher = njit(
-        fastmath=False, error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True
-    )(function)
+        fastmath=False, error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=KernelCompiler,
+    )(function)  # fmt: skip
 
     def refuse(*args: Any, **kwargs: Any) -> None:
         raise TypeError(

@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from pedcross_env.camera.kernels.jit import INT, inlined, kernel
+from pedcross_env.camera.kernels.jit import INT, allocating, inlined, kernel
 from pedcross_env.camera.kernels.polygons import (
     MAX_CORNERS,
     NEAR_M,
@@ -34,7 +33,7 @@ STEPS, COVER, INVERSE, SLOPE, COLOUR = 0, 1, 2, 3, 4  # planes of the work space
 TOP, BOTTOM, AT, LEAN, COVERS, PLANE, COLOURS = 0, 1, 2, 3, 4, 5, 8
 
 
-@njit(cache=True)
+@allocating
 def polyhedron_work(channels, width):
     """Allocate what ``draw_polyhedron`` works in."""
     return (

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from pedcross_env.camera.kernels.capsules import draw_capsule
 from pedcross_env.camera.kernels.crown import draw_crown
 from pedcross_env.camera.kernels.facade import draw_panel, panel_work
-from pedcross_env.camera.kernels.jit import INT, LANES, kernel
+from pedcross_env.camera.kernels.jit import INT, LANES, allocating, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_AIR,
     ENV_BEAM_POSITION,
@@ -78,7 +77,7 @@ def _capsule_lit(p0, p1, r0, r1, albedo, shine, env, lamps, beams, table, optics
     draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, seg, spans)
 
 
-@njit(cache=True)
+@allocating
 def _capsule_work(channels):
     """Allocate what ``_capsule_lit`` works in."""
     return (
@@ -205,7 +204,7 @@ def _roof_distance(roof, camera):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@allocating
 def draw_scene(
     actors,
     idents,

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import allocating, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM_TINT,
     ENV_BETA,
@@ -24,7 +23,7 @@ __all__ = ["draw_vehicle", "vehicle_work"]
 LUMA_R, LUMA_G, LUMA_B = 0.2126, 0.7152, 0.0722
 
 
-@njit(cache=True)
+@allocating
 def vehicle_work(points, faces, channels):
     """Allocate what ``draw_vehicle`` works in: a model's corners and which are placed, its faces' planes and colours, vectors."""
     return (

@@ -6,9 +6,8 @@ Shares of a pixel that are seen add up to what the walls cover together, whateve
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from pedcross_env.camera.kernels.jit import INT, inlined, kernel
+from pedcross_env.camera.kernels.jit import INT, allocating, inlined, kernel
 from pedcross_env.camera.kernels.polygons import project_clipped
 
 __all__ = ["MAX_PARTS", "outline_walls", "visible_parts", "visible_work"]
@@ -19,7 +18,7 @@ TOUCH_PX = 1e-7
 LEAST_PX2 = 1e-9  # smaller parts are rounding
 
 
-@njit(cache=True)
+@allocating
 def visible_work(walls):
     """Allocate outlines (corners, their number, bounds, which are seen at all) and the parts of one wall (corners, their number)."""
     return (

@@ -1,0 +1,114 @@
+"""numba's compiler without work that kernels do not need: a first start without a cache takes two thirds of the time.
+
+The code that comes out is numba's own; only what is done twice or thrown away is left out.
+"""
+
+from __future__ import annotations
+
+import gc
+import logging
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler, Flags
+
+from pedcross_env.warmup import COMPILING
+
+__all__ = ["EntryCompiler", "KernelCompiler"]
+
+_LARGE_FRAME_WORDS = 1 << 16
+_FULL_COLLECTION_EVERY = 50
+
+
+@lru_cache(maxsize=1)
+def _announce() -> None:
+    """Log once per process why the first picture takes its time."""
+    logging.getLogger("pedcross_env").warning(COMPILING)
+
+
+class _Flags(Flags):
+    """Compares what was set; numba's own builds two dicts of all options, and does so half a million times."""
+
+    __slots__ = ()
+
+    def __hash__(self) -> int:
+        return hash(_Flags)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or (isinstance(other, _Flags) and self._values == other._values)
+
+
+class _NoEngine:
+    """Stands where machine code would be loaded."""
+
+    def set_env(self, name: str, env: object) -> None:
+        """Do nothing: an entry has an environment of its own."""
+
+
+class _LinkedLibrary(JITCodeLibrary):
+    """Code that is only linked into that of others, which is then optimised and made machine code as a whole."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    @property
+    def codegen(self) -> Any:
+        """What its machine code would be given to."""
+        return _NoEngine()
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """None (0): there is no machine code."""
+        self._ensure_finalized()
+        return 0
+
+
+def _on_large_frame(work: Callable[[], Any]) -> Any:
+    return work()
+
+
+# Python takes memory for its frames in pieces of 16 KiB and gives a piece back as soon as its last frame is left: a loop of calls
+# that happens to begin where a piece ends takes and gives one back with every call. That was a sixth of the time. A frame that
+# needs more than a piece gets a large one, in which there is room for all frames above it.
+_on_large_frame.__code__ = _on_large_frame.__code__.replace(co_stacksize=_LARGE_FRAME_WORDS + 1)
+
+
+class EntryCompiler(Compiler):
+    """Compiles what Python calls."""
+
+    def __init__(
+        self,
+        typingctx: Any,
+        targetctx: Any,
+        library: Any,
+        args: Any,
+        return_type: Any,
+        flags: Flags,
+        locals: Any,
+    ) -> None:
+        super().__init__(typingctx, targetctx, library, args, return_type, _Flags(flags), locals)
+
+    def compile_extra(self, func: Callable[..., Any]) -> Any:
+        """Compile a Python function."""
+        _announce()
+        usual = gc.get_threshold()
+        # what has been compiled stays: looking through it again and again was a tenth of the time
+        gc.set_threshold(*usual[:2], max(usual[2], _FULL_COLLECTION_EVERY))
+        try:
+            return _on_large_frame(lambda: super(EntryCompiler, self).compile_extra(func))
+        finally:
+            gc.set_threshold(*usual)
+
+
+class KernelCompiler(EntryCompiler):
+    """Compiles what other kernels call."""
+
+    def compile_extra(self, func: Callable[..., Any]) -> Any:
+        """Compile a Python function."""
+        self.state.library = _LinkedLibrary(self.state.targetctx.codegen(), func.__qualname__)
+        return super().compile_extra(func)
