@@ -143,7 +143,8 @@ INFO_KEYS: dict[str, type] = {
     "impact_speed_mps": float,  # -1 without collision
     "collided_with": int,  # actor id, 0: none
     "outcome": str,  # Outcome
-    "subframes": int,  # luminance renders of this step
+    "subframes": int,  # instants of this step at which luminance was rendered for the events
+    "renders": int,  # luminance renders for them: of the scene, or of its layers, of which far ones need fewer
     "flow_px": float,  # bound on image motion between two of them; -1 without dvs
     "streak": float,  # bound on a raindrop's fall between two of them, in its diameters; -1 without dvs
 }

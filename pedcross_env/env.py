@@ -330,6 +330,7 @@ class CrossingEnv(gymnasium.Env[dict[str, np.ndarray], np.ndarray]):
             "weather": self.weather.name,
             "visible_fraction": self._visible_fraction(),
             "subframes": sight.subframes if sight is not None else 0,
+            "renders": sight.renders if sight is not None else 0,
             "flow_px": sight.flow_px if sight is not None else math.nan,
             "streak": sight.streak if sight is not None else math.nan,
         }

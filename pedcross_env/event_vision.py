@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from pedcross_env.camera import Layer, Seen
 from pedcross_env.config import EnvConfig
 from pedcross_env.contracts import EVENT_DTYPE, Frame, Snapshot
 from pedcross_env.flow import image_flow_px
+from pedcross_env.layering import Cadence, cadences, pictures_of, renders_of
 from pedcross_env.sensors import causes, dvs
 from pedcross_env.view import View
 
@@ -42,14 +46,16 @@ class Sensed:
         counts: (H, W, 2) uint8 events ON, OFF, saturating.
         events: (N,) EVENT_DTYPE, None unless asked for.
         causes: (N,) int32 of the events, see ``sensors.causes``; None unless asked for.
-        renders: Number of luminance renders.
-        flow_px: Bound on the image's motion between two of them.
+        instants: How often luminance is rendered.
+        renders: Number of renders: the same, or more where the scene is parted into layers, each a part of it.
+        flow_px: Bound on the image's motion between two renders, of any part.
         streak: Bound on a drop's fall between two of them, in its diameters; 0 where nothing falls.
     """
 
     counts: np.ndarray
     events: np.ndarray | None
     causes: np.ndarray | None
+    instants: int
     renders: int
     flow_px: float
     streak: float
@@ -77,6 +83,8 @@ class EventVision:
 
     def __init__(self, config: EnvConfig, view: View, seed: int, memory: Any = None) -> None:
         self._config, self._view = config, view
+        self._far: list[Seen] = []  # as the last step left them: what the next one would render again
+        self._far_key: Any = None
         if memory is not None:
             self._state, self._trace = memory
             return
@@ -95,7 +103,7 @@ class EventVision:
         config = self._config
         counts = np.zeros((config.camera.height_px, config.camera.width_px, 2), np.uint8)
         events = np.empty(0, EVENT_DTYPE) if config.return_events else None
-        return Sensed(counts, events, np.empty(0, np.int32) if config.label_events else None, 0, 0.0, 0.0)
+        return Sensed(counts, events, np.empty(0, np.int32) if config.label_events else None, 0, 0, 0.0, 0.0)
 
     def look(self, before: Snapshot, after: Snapshot, depth: np.ndarray | None) -> Sensed:
         """Sense the policy step between two snapshots.
@@ -107,32 +115,32 @@ class EventVision:
         """
         config, plan = self._config, self.plan(before, after)
         counts = self.nothing().counts
-        parts: list[np.ndarray] = []
+        sensed: list[np.ndarray] = []
         labels: list[np.ndarray] = []
-        previous_s = before.time_s
-        for snapshot in [*self._view.world.snapshots(plan.times_s[:-1]), after]:
-            time_s = snapshot.time_s
-            log_frame, bare = self._log_luminance(snapshot, time_s - previous_s, depth)
-            time_ns = round(time_s * 1e9)
+        moments = [*self._view.world.snapshots(plan.times_s[:-1]), after]
+        parts = self._parted(before, after, len(moments))
+        frames = self._put_together(parts, before, moments) if parts else self._whole(before, moments, depth)
+        for snapshot, (log_frame, bare) in zip(moments, frames, strict=True):
+            time_ns = round(snapshot.time_s * 1e9)
             if not config.return_events:
                 self._state = dvs.step_counts(self._state, log_frame, time_ns, config.dvs, counts)
             elif self._trace is None:
-                self._state, events = dvs.step(self._state, log_frame, time_ns, config.dvs)
-                parts.append(events)
+                self._state, found = dvs.step(self._state, log_frame, time_ns, config.dvs)
+                sensed.append(found)
             else:
                 old, self._trace = self._trace, self._traced(snapshot, bare, log_frame)
                 blamed = self._blame(snapshot, old, self._trace)
-                self._state, events, label = dvs.step_labelled(
+                self._state, found, label = dvs.step_labelled(
                     self._state, log_frame, time_ns, config.dvs, blamed
                 )
-                parts.append(events)
+                sensed.append(found)
                 labels.append(label)
-            previous_s = time_s
-        sensed = np.concatenate(parts) if config.return_events else None
-        if sensed is not None:
-            dvs.add_counts(counts, sensed)
+        events = np.concatenate(sensed) if config.return_events else None
+        if events is not None:
+            dvs.add_counts(counts, events)
         blames = np.concatenate(labels) if config.label_events else None
-        return Sensed(counts, sensed, blames, len(plan.times_s), plan.flow_px, plan.streak)
+        renders = renders_of(parts, len(moments)) if parts else len(moments)
+        return Sensed(counts, events, blames, len(moments), renders, plan.flow_px, plan.streak)
 
     def plan(self, before: Snapshot, after: Snapshot) -> Plan:
         """Spread renders so that the image's motion, and the change of the light where lightning strikes, is the same
@@ -163,6 +171,43 @@ class EventVision:
         longest = max(np.diff([start_s, *times])) / (end_s - start_s)
         return Plan(times, float(flow * longest), float(fall * longest))
 
+    def _parted(self, before: Snapshot, after: Snapshot, instants: int) -> list[Cadence]:
+        """The layers that the step's pictures are put together from, none where the scene is rendered as a whole.
+
+        Labels need all of every picture.
+        """
+        config, view = self._config, self._view
+        whole = not config.dvs.layers or instants == 1 or self._trace is not None
+        if whole or not view.by_layers(before, after):
+            return []
+        around = view.renderer.surroundings
+        parts = cadences(config.camera, around, before, after, instants, config.dvs.max_flow_px)
+        return parts if len(parts) > 1 else []
+
+    def _whole(
+        self, before: Snapshot, moments: Sequence[Snapshot], depth: np.ndarray | None
+    ) -> Iterator[tuple[np.ndarray, np.ndarray | None]]:
+        """Give ``_log_luminance`` at each moment."""
+        for earlier, snapshot in itertools.pairwise([before, *moments]):
+            yield self._log_luminance(snapshot, snapshot.time_s - earlier.time_s, depth)
+
+    def _put_together(
+        self, parts: list[Cadence], before: Snapshot, moments: Sequence[Snapshot]
+    ) -> Iterator[tuple[np.ndarray, None]]:
+        """Give ln of luminance at each moment, rendered in layers."""
+        renderer, floor = self._view.renderer, self._config.dvs.log_floor_cd_m2
+        far = [part.layer for part in parts[1:]]
+        first = self._far if self._far_key == _key(far, before.time_s) else renderer.layers(before, far)
+
+        def render(instant: int, layers: list[Layer]) -> list[Seen]:
+            seen = renderer.layers(moments[instant - 1], layers)
+            if instant == len(moments):
+                self._far, self._far_key = seen[1:], _key(far, moments[-1].time_s)
+            return seen
+
+        for picture in pictures_of(parts, first, self._state.log_frame.shape, len(moments), render):
+            yield _unchanging(dvs.log_luminance(picture, floor)), None
+
     def _log_luminance(
         self, snapshot: Snapshot, interval_s: float, depth: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray | None]:
@@ -172,9 +217,7 @@ class EventVision:
         bare = dvs.log_luminance(frame.luminance, floor) if self._config.label_events else None
         # Streaks are drawn as long as the drop falls between two renders: no gaps, hence no aliasing.
         self._view.precipitate(frame, snapshot, interval_s, depth)
-        seen = dvs.log_luminance(frame.luminance, floor)
-        seen.flags.writeable = False  # so that the sensor need not copy it
-        return seen, bare
+        return _unchanging(dvs.log_luminance(frame.luminance, floor)), bare
 
     def _traced(self, snapshot: Snapshot, bare: np.ndarray | None, seen: np.ndarray) -> _Trace:
         flash_lx = self._view.lightning.light_lx(snapshot.time_s)
@@ -192,3 +235,15 @@ class EventVision:
             owner, scene=unlit - old.bare, precipitation=(new.seen - new.bare) - (old.seen - old.bare),
             lightning=new.bare - unlit,
         )  # fmt: skip
+
+
+def _unchanging(log_frame: np.ndarray) -> np.ndarray:
+    """Mark a frame as one that nobody writes to, so that the sensor need not copy it."""
+    log_frame.flags.writeable = False
+    return log_frame
+
+
+def _key(layers: Sequence[Layer], time_s: float) -> Any:
+    """What a render of layers depends on."""
+    parts = [(*layer[:4], None if layer.actors is None else layer.actors.tobytes()) for layer in layers]
+    return time_s, parts

@@ -60,6 +60,14 @@ class View:
         """Render luminance alone at one moment, without precipitation."""
         return self.renderer.render(snapshot, luminance_only=True, flash_lx=flash_lx)
 
+    def by_layers(self, before: Snapshot, after: Snapshot) -> bool:
+        """Whether parts of the scene can be rendered apart from one moment to the other: see Renderer.by_layers.
+
+        Not in falling rain or snow, either, nor while lightning strikes.
+        """
+        still = not self._precipitation.falls and self.lightning.dark(before.time_s, after.time_s)
+        return still and all(self.renderer.by_layers(snapshot.ego) for snapshot in (before, after))
+
     def precipitate(
         self, frame: Frame, snapshot: Snapshot, exposure_s: float, depth: np.ndarray | None = None
     ) -> None:

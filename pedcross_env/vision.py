@@ -52,7 +52,12 @@ class Sight:
 
     @property
     def subframes(self) -> int:
-        """Luminance renders of the step."""
+        """Instants of the step at which luminance was rendered."""
+        return 0 if self.sensed is None else self.sensed.instants
+
+    @property
+    def renders(self) -> int:
+        """Number of luminance renders for the events of the step, each of the scene or of a layer of it."""
         return 0 if self.sensed is None else self.sensed.renders
 
     @property

@@ -1,6 +1,21 @@
 """The camera: a street from the ego in linear radiance, with depth and instance ids."""
 
-from pedcross_env.camera.pinhole import CameraPose, Tile, camera_pose, project, rays
+from pedcross_env.camera.layers import FARTHEST, NEAREST, Border, Layer, Seen, compose
+from pedcross_env.camera.pinhole import CameraPose, camera_pose, project, rays
 from pedcross_env.camera.renderer import Renderer
+from pedcross_env.camera.surroundings import Surroundings
 
-__all__ = ["CameraPose", "Renderer", "Tile", "camera_pose", "project", "rays"]
+__all__ = [
+    "FARTHEST",
+    "NEAREST",
+    "Border",
+    "CameraPose",
+    "Layer",
+    "Renderer",
+    "Seen",
+    "Surroundings",
+    "camera_pose",
+    "compose",
+    "project",
+    "rays",
+]

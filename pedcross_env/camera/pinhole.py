@@ -4,31 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from pedcross_env.config import CameraConfig
 from pedcross_env.optics import distort, undistort
 
-__all__ = ["CameraPose", "Tile", "camera_pose", "project", "rays"]
+__all__ = ["CameraPose", "camera_pose", "project", "rays"]
 
 
 Axis = tuple[float, float, float]
-
-
-class Tile(NamedTuple):
-    """A part of the picture: its first column and row, and its size, in pixels."""
-
-    left: int
-    top: int
-    width_px: int
-    height_px: int
-
-    @property
-    def place(self) -> tuple[slice, slice]:
-        """Rows and columns, which index an (H, W) picture."""
-        return slice(self.top, self.top + self.height_px), slice(self.left, self.left + self.width_px)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from pedcross_env.camera.kernels.finish import finish_frame
 from pedcross_env.camera.kernels.ground import draw_ground_and_sky
 from pedcross_env.camera.kernels.mirror import GRID_PLANES, mirror_in_road
 from pedcross_env.camera.kernels.scene import draw_scene
+from pedcross_env.camera.layers import WHOLE, Layer, Seen, in_layer
 from pedcross_env.camera.layout import GroundTables, ground_tables, scenery_for
 from pedcross_env.camera.lens import lens_of
 from pedcross_env.camera.light import (
@@ -27,8 +28,9 @@ from pedcross_env.camera.light import (
     low_beam_table,
 )
 from pedcross_env.camera.models import material_table, model_table
-from pedcross_env.camera.pinhole import CameraPose, Tile, camera_pose, project
+from pedcross_env.camera.pinhole import CameraPose, camera_pose
 from pedcross_env.camera.profiles import bands_of, stripes_of
+from pedcross_env.camera.reach import reach_of
 from pedcross_env.camera.scenery import (
     ACROSS_TEXEL_M,
     ALONG_TEXEL_M,
@@ -42,6 +44,7 @@ from pedcross_env.camera.sky import Sky
 from pedcross_env.camera.snow import snowed
 from pedcross_env.camera.spray import Spray
 from pedcross_env.camera.stage import Stage, Staged
+from pedcross_env.camera.surroundings import Surroundings, surroundings_of
 from pedcross_env.camera.tunnel import Tunnel, cleared, require_straight
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import Frame, Snapshot
@@ -53,7 +56,6 @@ from pedcross_env.weather.weather import Weather
 __all__ = ["Renderer"]
 
 LAMP_RANGE_M = 90.0
-CARRIED_M = 1.2  # how far bags, umbrellas and strollers reach beyond a body
 MOST_YAW_DEG = 6.0  # of the mount, for the ground kernel that works by rows
 
 
@@ -131,6 +133,7 @@ class Renderer:
         self._actors = ActorTables(weather.rain_mm_h > 0)
         self._shade = Shade(self._scenery, self._light)
         self._stage = Stage(self._scenery, self._shade, self._light, self._actors)
+        self._surroundings = surroundings_of(self._scenery, self._light)
         self._grain = grain_integral()
         self._vehicles, self._materials = (
             model_table().arrays,
@@ -193,7 +196,7 @@ class Renderer:
         by_depth = self._weather.wetness > 0 or self._tunnel is not None or self._free is not None
         owners = by_depth or not luminance_only
         depth, ids = (np.zeros(shape, np.float32), np.zeros(shape, np.int32)) if owners else self._nobody
-        self._draw(moment, (0, 0), out, depth, ids, owners)
+        self._draw(moment, WHOLE, out, depth, ids, owners)
         self._mirror_in_road(pose, out, depth, ids, light)
         luminance, colour = (out[0], out[:0]) if luminance_only else (np.empty(shape, np.float32), out)
         if owners:
@@ -208,12 +211,20 @@ class Renderer:
             frame = Frame(luminance, None, None, None, light.airlight)
         return frame if self._lens is None else self._lens.apply(frame)
 
-    def by_tiles(self, ego: np.ndarray) -> bool:
-        """Whether parts of the picture can be rendered alone: not where some of it shines, is mirrored or bent into the rest.
+    @property
+    def surroundings(self) -> Surroundings:
+        """What bounds the motion in the picture, of the street loaded."""
+        return self._surroundings
+
+    def by_layers(self, ego: np.ndarray) -> bool:
+        """Whether parts of the scene can be rendered apart: not where light of one shines, is mirrored or bent into another.
 
         Args:
             ego: One ACTOR_DTYPE record, from whose camera it is seen.
         """
+        return self._apart(camera_pose(self._view, ego))
+
+    def _apart(self, pose: CameraPose) -> bool:
         if (
             self._light is None
             or self._lens is not None
@@ -221,32 +232,29 @@ class Renderer:
             or self._free is not None
         ):
             return False
-        return self._weather.wetness <= 0 and not self._glare.dazzled(
-            camera_pose(self._view, ego), self._light
-        )
+        return self._weather.wetness <= 0 and not self._glare.dazzled(pose, self._light)
 
-    def tiles(self, snapshot: Snapshot, tiles: Sequence[Tile]) -> list[np.ndarray]:
-        """Render the luminance of parts of the picture: what ``render`` has there, up to rounding.
+    def layers(self, snapshot: Snapshot, layers: Sequence[Layer]) -> list[Seen]:
+        """Render the luminance of layers of the scene, each alone.
 
         Args:
             snapshot: Ego and actors.
-            tiles: Within the picture.
-
-        Returns:
-            (height_px, width_px) float32 cd/m2 for each of them.
+            layers: Which parts.
 
         Raises:
-            ConfigError: Where ``by_tiles`` does not hold.
+            ConfigError: Before ``load``, and where ``by_layers`` does not hold.
         """
-        if not self.by_tiles(snapshot.ego) or self._light is None:
+        moment = None if self._light is None else self._moment(snapshot, self._light)
+        if moment is None or not self._apart(moment.pose):
             raise ConfigError(
-                "Renderer.tiles was called where parts of the picture cannot be rendered alone (see Renderer.by_tiles): call render."
+                "Renderer.layers was called where parts of the scene cannot be rendered apart (see Renderer.by_layers): call render."
             )
-        moment = self._moment(snapshot, self._light)
-        pictures = [np.zeros((1, tile.height_px, tile.width_px), np.float32) for tile in tiles]
-        for tile, out in zip(tiles, pictures, strict=True):
-            self._draw(moment, (tile.top, tile.left), out, *self._nobody, False)
-        return [out[0] for out in pictures]
+        seen = []
+        for layer in layers:
+            out = np.zeros((1, min(layer.rows, moment.pose.height_px), moment.pose.width_px), np.float32)
+            self._draw(moment, layer, out, *self._nobody, False)
+            seen.append(Seen(out[0], _part(self._canvas[0], out.shape[1:]).copy()))
+        return seen
 
     def _moment(self, snapshot: Snapshot, light: Light) -> _Moment:
         """Place camera, lights and actors."""
@@ -263,51 +271,50 @@ class Renderer:
     def _draw(
         self,
         moment: _Moment,
-        corner: tuple[int, int],
+        layer: Layer,
         out: np.ndarray,
         depth: np.ndarray,
         ids: np.ndarray,
         owners: bool,
     ) -> None:
-        """Draw objects, ground and sky into the part of the picture that begins at row and column ``corner``.
+        """Draw a layer's objects, ground and sky.
 
         Args:
             moment: What is seen.
-            corner: Row and column.
-            out: (C, h, w) zeros: radiance or luminance.
-            depth: (h, w) zeros: 1 / m, if ``owners``.
-            ids: (h, w) zeros, if ``owners``.
+            layer: Which part of it.
+            out: (C, h, W) zeros: radiance or luminance of the picture's upper rows.
+            depth: (h, W) zeros: 1 / m, if ``owners``.
+            ids: (h, W) zeros, if ``owners``.
             owners: Whether to fill depth and ids.
         """
         assert self._scenery is not None
         pose, light, env, lamps, beams, (cast, sunlit, shadows) = moment
-        scenery, (channels, *shape) = self._scenery, out.shape
-        size, (top, left) = (shape[0], shape[1]), corner
-        optics, xs = (pose.focal_px, pose.cx - left, pose.cy - top), self._xs[: size[1]]
+        scenery, (channels, height, width) = self._scenery, out.shape
+        size, optics, xs = (height, width), (pose.focal_px, pose.cx, pose.cy), self._xs
         alpha, nearest, weight = (_part(plane, size) for plane in self._canvas)
         colours, cover, inverse = self._scratch[channels]
-        scratch = (_part(colours, (channels, *size)), _part(cover, size), _part(inverse, size))
+        scratch = (_part(colours, out.shape), _part(cover, size), _part(inverse, size))
         if owners:
             weight.fill(0)
         draw_scene(
-            *cast,
+            in_layer(cast, layer), *cast[1:],
             self._vehicles, self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
             pose.rotation, pose.origin, env, lamps, beams, self._table, optics, xs, size, scratch, (out, alpha, nearest, weight, depth, ids),
-            owners, (sunlit, self._shade.groups, self._shade.panels), self._buf,
+            owners, (sunlit, self._shade.groups, self._shade.panels), (*layer.start, *layer.end), self._buf,
         )  # fmt: skip
         rest = (out, alpha, weight, depth, ids)
         lights = (self._ground_map, scenery.ground_frame, beams, self._table)
         if self._free is not None:
             draw_ground_freely(pose, env, self._free, shadows, lights, xs, rest, self._buf)
         else:
-            street = (
-                self._street.kerb_height_m, self._street.start_x_m - 100.0, ALONG_TEXEL_M, GROUND_TEXEL_M, 0.5 * pose.width_px - left,
-            )  # fmt: skip
+            along_start = self._street.start_x_m - 100.0
+            street = (self._street.kerb_height_m, along_start, ALONG_TEXEL_M, GROUND_TEXEL_M)
             draw_ground_and_sky(
                 pose.rotation, pose.origin, env, street, (scenery.along, self._stripes, self._grain), self._bands, shadows, lights, optics,
-                xs, size, rest, owners, self._ground_work, self._buf,
+                xs, (min(layer.ground_row, height), height), rest, owners, self._ground_work, self._buf,
             )  # fmt: skip
-        self._sky.add_clouds(out, alpha, pose, env, light, corner)
+        if layer.ground_row == 0:
+            self._sky.add_clouds(out, alpha, pose, env, light)
 
     def visible_fraction(self, frame: Frame, snapshot: Snapshot, actor_id: int) -> float:
         """Return which share of an actor's silhouette is seen: 0 hidden, 1 in full view.
@@ -342,7 +349,7 @@ class Renderer:
         scenery = self._scenery
         pose = camera_pose(self._view, snapshot.ego)
         actor = snapshot.actors[snapshot.actors["id"] == actor_id]
-        u0, v0, u1, v1 = _reach(pose, actor)
+        u0, v0, u1, v1 = reach_of(pose, actor)
         if self._lens is not None:
             u0, v0, u1, v1 = 0, 0, pose.width_px, pose.height_px
         u1 = min(u1, u0 + self._buf.shape[1] - 64)
@@ -361,7 +368,7 @@ class Renderer:
             self._vehicles, self._materials, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame, self._crowns),
             pose.rotation, pose.origin, environment(self._constant, pose, snapshot.ego, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
             self._table, (pose.focal_px, pose.cx - u0, pose.cy - v0), xs, shape, (light, cover, inverse),
-            (out, alpha, nearest, weight, depth, ids), True, (np.ones(1), np.ones(0), np.ones(0)), self._buf,
+            (out, alpha, nearest, weight, depth, ids), True, (np.ones(1), np.ones(0), np.ones(0)), (*WHOLE.start, *WHOLE.end), self._buf,
         )  # fmt: skip
         mask = alpha >= 0.5
         return (mask, u0, v0) if self._lens is None else (mask.reshape(-1)[self._lens.nearest], 0, 0)
@@ -400,25 +407,3 @@ def _beam_tables() -> np.ndarray:
     """(ego's low or high, own or others' beam, rows, columns): others always have their low beams on."""
     low, high = low_beam_table(), high_beam_table()
     return np.ascontiguousarray(np.stack([np.stack([low, low]), np.stack([high, low])]))
-
-
-def _reach(pose: CameraPose, actors: np.ndarray) -> tuple[int, int, int, int]:
-    """Columns and rows (from, from, to, to) that an actor and what it carries can cover, up to a picture beyond the edges."""
-    w, h = pose.width_px, pose.height_px
-    bounds = np.zeros((0, 2))
-    for actor in actors:
-        radius = 0.5 * math.hypot(float(actor["length"]), float(actor["width"])) + CARRIED_M
-        corners = [
-            [float(actor["x"]) + dx * radius, float(actor["y"]) + dy * radius, float(actor["z"]) + z]
-            for dx in (-1, 1) for dy in (-1, 1) for z in (-0.1, float(actor["height"]) + 0.6)
-        ]  # fmt: skip
-        seen = project(pose, np.array(corners))
-        if (seen[:, 2] < 0.2).all():
-            return 0, 0, 0, 0
-        bounds = seen[:, :2] if (seen[:, 2] >= 0.2).all() else np.array([[-w, -h], [2 * w, 2 * h]])
-    if len(bounds) == 0:
-        return 0, 0, 0, 0
-    (u0, v0), (u1, v1) = bounds.min(axis=0), bounds.max(axis=0)
-    u0, u1 = (min(max(u, -w), 2 * w) for u in (u0, u1))
-    v0, v1 = (min(max(v, -h), 2 * h) for v in (v0, v1))
-    return math.floor(u0), math.floor(v0), math.ceil(u1), math.ceil(v1)

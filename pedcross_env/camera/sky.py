@@ -60,15 +60,9 @@ class Sky:
             nodes.light = None
 
     def add_clouds(
-        self,
-        out: np.ndarray,
-        alpha: np.ndarray,
-        pose: CameraPose,
-        env: np.ndarray,
-        light: Light,
-        corner: tuple[int, int] = (0, 0),
+        self, out: np.ndarray, alpha: np.ndarray, pose: CameraPose, env: np.ndarray, light: Light
     ) -> None:
-        """Add them in place to the part of the picture that begins at row and column ``corner``; see kernels.clouds."""
+        """Add them in place; see kernels.clouds."""
         if self._texture is None:
             return
         sun = float((light.sun_lx * LUMA).sum())
@@ -77,5 +71,5 @@ class Sky:
         nodes = self._nodes[len(out)]
         nodes.turn(pose.rotation, light)
         add_clouds(
-            out, alpha, self._texture, white, pose.rotation, env, optics, corner, self._step, nodes.values, nodes.known, self._work
+            out, alpha, self._texture, white, pose.rotation, env, optics, self._step, nodes.values, nodes.known, self._work
         )  # fmt: skip

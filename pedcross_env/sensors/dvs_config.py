@@ -62,6 +62,7 @@ class DvsConfig:
     max_flow_px: float = 1.0  # image motion allowed between two renders
     max_streak: float = 16.0  # diameters that a 2 mm raindrop (a 5 mm flake) may fall between two renders
     max_subframes: int | None = 10  # per policy step, whatever asks for them; None: no cap
+    layers: bool = True  # what is far, and moves less, is rendered more rarely, where the weather allows it
 
     def __post_init__(self) -> None:
         if self.model not in DVS_MODELS:

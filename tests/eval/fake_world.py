@@ -69,7 +69,7 @@ class FakeEnv(gymnasium.Env):
             "distance_m": CROSSING_M - self.position,
             "speed_mps": self.speed, "acceleration_mps2": self.acceleration, "demand_mps2": 0.0,
             "position_m": self.position, "impact_speed_mps": self.impact, "collided_with": 0,
-            "outcome": self.outcome, "subframes": 0, "flow_px": -1.0, "streak": -1.0,
+            "outcome": self.outcome, "subframes": 0, "renders": 0, "flow_px": -1.0, "streak": -1.0,
         }  # fmt: skip
 
 

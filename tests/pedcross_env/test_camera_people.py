@@ -281,9 +281,9 @@ def test_nothing_shows_through_where_limbs_meet():
         walk = {"gait_phase": phase, "gait_stride": 1.2, "yaw": 0.8 * k}
         front = pedestrian(5, 5.0, -1.6, model=k % 3, seed=k, **walk)
         fine.render(snapshot(front))
-        whole = fine._alpha.reshape(136, 4, 240, 4).min(axis=(1, 3)) > 0.999
+        whole = fine._canvas[0].reshape(136, 4, 240, 4).min(axis=(1, 3)) > 0.999
         plain.render(snapshot(front))
-        assert plain._alpha[whole].min() > 0.97
+        assert plain._canvas[0][whole].min() > 0.97
         dressed = [
             plain.render(snapshot(front, pedestrian(6, 6.5, -1.6, height=1.95, seed=seed))).luminance
             for seed in (1, 2)

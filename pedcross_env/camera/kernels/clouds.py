@@ -73,17 +73,14 @@ def _between_rows(low, high, part, line):
 
 
 @kernel
-def _add_row(line, step, left, first, last, free, plane):
-    """Interpolate nodes to the pixels from ``first`` to ``last`` and add them to the share that is free.
-
-    ``left`` is the picture's column at which ``free`` and ``plane`` begin.
-    """
+def _add_row(line, step, first, last, free, plane):
+    """Interpolate nodes to the pixels from ``first`` to ``last`` and add them to the share that is free."""
     scale = F1 / np.float32(step)
     while first < last:
-        cell = (left + first) // step
-        end = min(last, (cell + 1) * step - left)
+        cell = first // step
+        end = min(last, (cell + 1) * step)
         slope = (line[cell + 1] - line[cell]) * scale
-        value = line[cell] + slope * (np.float32(left + first - cell * step) + np.float32(0.5))
+        value = line[cell] + slope * (np.float32(first - cell * step) + np.float32(0.5))
         piece, share = plane[first:end], free[first:end]
         for i in range(piece.shape[0]):
             piece[i] += share[i] * (value + slope * np.float32(i))
@@ -91,18 +88,17 @@ def _add_row(line, step, left, first, last, free, plane):
 
 
 @entry
-def add_clouds(out, alpha, texture, white, rotation, env, optics, corner, step, nodes, known, work):
-    """Add clouds to the sky, in the whole picture or in a part of it.
+def add_clouds(out, alpha, texture, white, rotation, env, optics, step, nodes, known, work):
+    """Add clouds to the sky.
 
     Args:
-        out: (C, h, w) radiance or luminance with the plain sky in it.
-        alpha: (h, w) share of each pixel that objects cover.
+        out: (C, H, W) radiance or luminance with the plain sky in it.
+        alpha: (H, W) share of each pixel that objects cover.
         texture: (2, rows, columns), see camera.clouds.cloud_texture.
         white: (3,) colour of clouds, of luminance 1.
         rotation: World to camera.
         env: (ENV_SIZE,) see kernels.lighting.
-        optics: Focal length, cx, cy of the whole picture.
-        corner: The picture's row and column at which ``out`` begins.
+        optics: Focal length, cx, cy.
         step: Pixels between nodes.
         nodes: (C, H // step + 2, W // step + 2), filled where they are needed and not known.
         known: (H // step + 2,) uint8, which of their rows hold this light and rotation's values.
@@ -114,14 +110,13 @@ def add_clouds(out, alpha, texture, white, rotation, env, optics, corner, step, 
     # the lowest row that looks above the horizon, at either edge
     tilt = -rotation[0, 2] / rotation[1, 2]
     middle = cy - focal * rotation[2, 2] / rotation[1, 2]
-    top, left = corner
-    lowest = max(middle + tilt * (left - cx), middle + tilt * (left + width - cx))
-    rows = min(height, int(lowest) + 1 - top)
+    lowest = max(middle - tilt * cx, middle + tilt * (width - cx))
+    rows = min(height, int(lowest) + 1)
     for row in range(rows):
         a, b = free_row(alpha[row], free)
         if b <= a:
             continue
-        at = (top + row + 0.5) / step
+        at = (row + 0.5) / step
         k = int(at)
         for j in range(k, k + 2):
             if known[j] == 0:
@@ -130,4 +125,4 @@ def add_clouds(out, alpha, texture, white, rotation, env, optics, corner, step, 
         part = np.float32(at - k)
         for c in range(channels):
             _between_rows(nodes[c, k], nodes[c, k + 1], part, line)
-            _add_row(line, step, left, a, b, free, out[c, row])
+            _add_row(line, step, a, b, free, out[c, row])

@@ -202,7 +202,7 @@ def _ground_row(
 ):  # fmt: skip
     """Ground between columns a and b of one row."""
     focal, cx, cy = optics
-    kerb_h, along_start, along_texel, grain_texel, middle = street
+    kerb_h, along_start, along_texel, grain_texel = street
     along_table, stripes, grain = tables
     count, kinds, weights = albedo
     polygons, polygon_info, capsules = shadows
@@ -229,7 +229,7 @@ def _ground_row(
             ahead = rotation[2, 0] * rotation[2, 0] + rotation[2, 1] * rotation[2, 1]
             near_z = min(FAR_M, height / max(1e-9, down))
             far_z = min(FAR_M, height / max(1e-9, rise)) if rise > 1e-9 else FAR_M
-            middle_x = x0 + dx * middle
+            middle_x = x0 + dx * 0.5 * xs.shape[0]
             foot_x = (far_z - near_z) * math.sqrt(ahead)
             low_x, high_x = middle_x - 0.5 * foot_x, middle_x + 0.5 * foot_x
             _along(along_table, along_start, along_texel, low_x, high_x, along)
@@ -314,7 +314,7 @@ def _fill_row(value, free, plane):
 
 @entry
 def draw_ground_and_sky(
-    rotation, camera, env, street, tables, bands, shadows, lights, optics, xs, size, frame, owners, work, buf
+    rotation, camera, env, street, tables, bands, shadows, lights, optics, xs, rows, frame, owners, work, buf
 ):
     """Fill what objects left over: ground below the horizon, sky above, both in the horizon's row.
 
@@ -322,15 +322,14 @@ def draw_ground_and_sky(
         rotation: (3, 3) world to camera.
         camera: (3,) its position.
         env: (ENV_SIZE,) see kernels.lighting.
-        street: (kerb height, start of the profiles along, their texel, the grain's texel), metres; the column in the middle of the
-            picture, at which all of a row's profiles along are read.
+        street: (kerb height, start of the profiles along, their texel, the grain's texel), metres.
         tables: (profiles along (N, 3), stripes across by kind, grain's running sums).
         bands: (bands of the road, those above the kerb, work for either), see kernels.bands.
         shadows: (polygons, their facts, capsules).
         lights: (lamp map, its frame, others' beams, low-beam candela).
         optics: (focal, cx, cy).
         xs: (W,) pixel centres.
-        size: (height, width).
+        rows: (from, to) that are filled.
         frame: (out (C, H, W), alpha, weight, depth inverse, ids).
         owners: Whether to fill the last three.
         work: ((3,), (T + 1,) and (18,) floats; (4,) int64 kinds and (4, 3) weights of lights).
@@ -353,7 +352,7 @@ def draw_ground_and_sky(
     weigh_bands(low, weights[:count], weighed_low)
     weigh_bands(high, weights[:count], weighed_high)
     weighed, albedo = (weighed_low[: low.shape[0]], weighed_high[: high.shape[0]]), (count, kinds, weights)
-    for row in range(size[0]):
+    for row in range(rows[0], rows[1]):
         a, b = free_row(alpha[row], free)
         if b <= a:
             continue

@@ -230,6 +230,7 @@ def draw_scene(
     frame,
     owners,
     sunlit,
+    slab,
     buf,
 ):
     """Draw all objects, front to back.
@@ -259,6 +260,8 @@ def draw_scene(
         frame: (out (C, H, W) with zeros, alpha, nearest, weight, depth inverse, ids).
         owners: Whether to fill the frame's last three.
         sunlit: Shares of (N,) actors, (G,) groups and (P,) panels that the sun reaches, see kernels.shade.
+        slab: World x where the layer starts on the right and on the left side, and where it ends. Actors and props that are not
+            of it have no length.
         buf: (24, W).
     """
     n, g = actors.shape[0], groups.shape[0]
@@ -270,7 +273,7 @@ def draw_scene(
         keys[i] = 1e9
     centre = np.empty(3)
     for i in range(n):
-        if actors[i, 6] <= 0.0:  # furniture too far away
+        if actors[i, 6] <= 0.0:  # furniture too far away, or of another layer
             continue
         _to_camera(rotation, camera, actors[i, 0], actors[i, 1], actors[i, 2] + 0.5 * actors[i, 8], centre)
         radius = 0.5 * math.sqrt(actors[i, 6] ** 2 + actors[i, 7] ** 2 + actors[i, 8] ** 2) * 1.1 + 0.3
@@ -278,6 +281,9 @@ def draw_scene(
         if _visible(centre, radius, optics, size):
             keys[i] = centre[2] - 0.5 * actors[i, 6]
     for i in range(g):
+        side = 1 if groups[i, 3] > 0 else 0
+        if groups[i, 2] < slab[side] or groups[i, 2] >= slab[2 + side]:
+            continue
         _to_camera(rotation, camera, groups[i, 2], groups[i, 3], groups[i, 4], centre)
         if _visible(centre, groups[i, 5], optics, size):
             keys[n + i] = centre[2]
@@ -326,7 +332,7 @@ def draw_scene(
             )  # fmt: skip
             _put(scratch, spans, int(groups[k - n, 6]), env, air, frame, owners, buf)
     for side in range(2):  # the two rows of houses apart: their bounding boxes leave out the street
-        faced = outline_walls(panels, side, rotation, camera, optics, size, seen)
+        faced = outline_walls(panels, side, slab, rotation, camera, optics, size, seen)
         count = faced
         for k in range(faced):
             which[k] = seen[3][k]

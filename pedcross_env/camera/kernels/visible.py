@@ -15,6 +15,7 @@ __all__ = ["MAX_PARTS", "outline_walls", "visible_parts", "visible_work"]
 MAX_SIDES, MAX_PARTS = 20, 48  # of one part; of one wall
 TOUCH_M = 1e-3  # walls that pass through each other by no more only touch
 TOUCH_PX = 1e-7
+OVERLAP_M = 0.3  # of houses in two layers
 LEAST_PX2 = 1e-9  # smaller parts are rounding
 
 
@@ -29,8 +30,12 @@ def visible_work(walls):
 
 
 @kernel
-def outline_walls(panels, row, rotation, camera, optics, size, work):
-    """Project the walls of one row of houses that face the camera and reach the image; return their number."""
+def outline_walls(panels, row, slab, rotation, camera, optics, size, work):
+    """Project the walls of one row of houses, or what of them is in ``slab``, that face the camera and reach the image.
+
+    Returns their number. ``slab`` is where the layer starts and ends, see scene.draw_scene; a little more of the houses is taken
+    before its start, so that nothing shows through where those nearer by end.
+    """
     outlines, sides, bounds, seen, _, _, _, corners3, _, _ = work
     focal, cx, cy = optics
     count = 0
@@ -40,8 +45,11 @@ def outline_walls(panels, row, rotation, camera, optics, size, work):
         # the outward normal is axis x up, so that a panel is seen counter-clockwise
         if p[29] != row or dx * p[4] - dy * p[3] >= -1e-6:
             continue
+        first, last = _within(p, slab[row] - OVERLAP_M, slab[2 + row])
+        if last <= first:
+            continue
         for c in range(4):
-            s = p[6] if c in (1, 2) else 0.0
+            s = last if c in (1, 2) else first
             z = dz + p[7] if c >= 2 else dz
             x, y = dx + s * p[3], dy + s * p[4]
             for k in range(3):
@@ -58,6 +66,15 @@ def outline_walls(panels, row, rotation, camera, optics, size, work):
         seen[count] = i
         count += 1
     return count
+
+
+@inlined
+def _within(panel, low, high):
+    """Where along a wall, in metres from its start, x is between two values."""
+    if abs(panel[3]) < 1e-9:
+        return 0.0, panel[6] if low <= panel[0] < high else 0.0
+    a, b = (low - panel[0]) / panel[3], (high - panel[0]) / panel[3]
+    return max(0.0, min(a, b)), min(panel[6], max(a, b))
 
 
 @kernel

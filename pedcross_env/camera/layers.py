@@ -1,0 +1,112 @@
+"""Parts of the scene by distance, rendered apart and put one before the other: far ones move little in the picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pedcross_env.camera.actor_tables import Cast
+from pedcross_env.camera.kernels.layers import put_before, put_between, put_between_before
+
+__all__ = ["FARTHEST", "NEAREST", "WHOLE", "Border", "Layer", "Seen", "compose", "in_layer"]
+
+
+class Border(NamedTuple):
+    """Where one layer of a straight street ends and the next begins: world x, between two houses on either side.
+
+    Houses are not parted: a roof is drawn with its walls, and what stands before a house with the house.
+
+    Attributes:
+        right_m: Of what is on the right, y <= 0.
+        left_m: Of what is on the left.
+    """
+
+    right_m: float
+    left_m: float
+
+    def of(self, y: np.ndarray) -> np.ndarray:
+        """World x on the side that ``y`` is on."""
+        return np.where(y > 0, self.left_m, self.right_m)
+
+
+NEAREST, FARTHEST = Border(-math.inf, -math.inf), Border(math.inf, math.inf)
+
+
+class Layer(NamedTuple):
+    """What stands on a straight street from one border to another, and the ground about there.
+
+    The borders and who is of the layer hold for a while, in which the camera drives on and actors move.
+
+    Attributes:
+        start: The border nearer by.
+        end: The one farther away.
+        rows: The picture's upper rows that the layer reaches down to.
+        ground_row: From here downwards the ground is of this layer, above it of the one behind; 0: the sky is, too.
+        actors: (N,) bool, the snapshot's actors that are of it; None: all.
+    """
+
+    start: Border
+    end: Border
+    rows: int
+    ground_row: int
+    actors: np.ndarray | None
+
+
+WHOLE = Layer(NEAREST, FARTHEST, 1 << 30, 0, None)
+
+
+class Seen(NamedTuple):
+    """One render of a layer.
+
+    Attributes:
+        luminance: (rows, W) float32 cd/m2, premultiplied by the coverage.
+        cover: (rows, W) float32, share of each pixel that the layer's objects hide.
+    """
+
+    luminance: np.ndarray
+    cover: np.ndarray
+
+
+def in_layer(cast: Cast, layer: Layer) -> np.ndarray:
+    """Return a cast's numbers with the length of all that is not of a layer set to 0.
+
+    Args:
+        cast: The snapshot's actors, then furniture and roofs, which the layer's borders part by their middles.
+        layer: Which part.
+
+    Returns:
+        (N, 14), see kernels.scene.
+    """
+    numbers = cast.numbers
+    if layer.actors is None:
+        return numbers
+    chosen, n = numbers.copy(), len(layer.actors)
+    x, y = numbers[n:, 0], numbers[n:, 1]
+    chosen[:n, 6] *= layer.actors
+    chosen[n:, 6] *= (x >= layer.start.of(y)) & (x < layer.end.of(y))
+    return chosen
+
+
+def compose(layers: Sequence[tuple[Seen, Seen, float]], shape: tuple[int, int]) -> np.ndarray:
+    """Put layers one before the other.
+
+    Args:
+        layers: The nearest first: two renders of each and where between them the moment lies, 0 to 1.
+        shape: (H, W) of the picture.
+
+    Returns:
+        (H, W) float32 cd/m2.
+    """
+    picture = np.empty(shape, np.float32)
+    first, last, share = layers[-1]
+    picture[len(first.luminance) :] = 0.0
+    put_between(first.luminance, last.luminance, np.float32(share), picture)
+    for first, last, share in reversed(layers[:-1]):
+        if share == 0:
+            put_before(*first, picture)
+        else:
+            put_between_before(*first, *last, np.float32(share), picture)
+    return picture
