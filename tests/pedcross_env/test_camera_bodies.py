@@ -133,6 +133,19 @@ def test_a_slab_that_reaches_behind_the_camera_covers_what_is_below_its_far_edge
     assert cover.sum(dtype=float) == pytest.approx(narrow + WIDTH * (HEIGHT - CY - WIDTH / 40.0), rel=1e-5)
 
 
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("seed", range(12))
+def test_no_pixel_of_a_body_is_nearer_or_farther_than_its_corners(place, seed):
+    """A face seen nearly edge-on is steep: its plane at a pixel's middle may be metres from what is seen there."""
+    turn = np.random.default_rng(seed).normal(size=(3, 3)) * (1.0, 0.02, 1.0) + np.eye(3)
+    corners, faces = _cube(place, 0.9, turn)
+    (_, cover, inverse), _ = _draw_cube(corners, faces)
+    seen = cover > 1e-5
+    depth = cover[seen] / inverse[seen]
+    assert depth.min() > corners[:, 2].min() * (1 - 1e-5)
+    assert depth.max() < corners[:, 2].max() * (1 + 1e-5)
+
+
 def test_two_faces_share_each_edge_of_the_models_that_ship():
     table = model_table()
     starts, corners, beyond = table.face_start, table.face_corners, table.edge_beyond

@@ -184,8 +184,25 @@ def _step_body(edges, count, area, sums, shares, touched):
 
 
 @kernel
-def _sum_up(area, xs, sums, touched):
-    """Turn steps into coverage, inverse depth and colours by running sums along the rows."""
+def _depth_range(first, last, base, whole, mesh, placed, facing):
+    """Least and greatest inverse depth of the faces that are seen and bound the body."""
+    face_start, face_corners, details, _ = mesh
+    near, far = (1e9, NEAR_M) if whole else (NEAR_M, NEAR_M)
+    for face in range(first, last):
+        if facing[face - base, 3] > 0.0 and details[face] == 0:
+            for k in range(face_start[face], face_start[face + 1]):
+                z = placed[face_corners[k], 2]
+                near, far = min(near, z), max(far, z)
+    return np.float32(1.0 / far), np.float32(1.0 / max(near, NEAR_M))
+
+
+@kernel
+def _sum_up(area, xs, least, most, sums, touched):
+    """Turn steps into coverage, inverse depth and colours by running sums along the rows.
+
+    A face's plane is read at a pixel's middle, which the face need not reach: seen nearly edge-on, that is far beyond it. What is
+    seen of it in the pixel lies between its corners' depths.
+    """
     top, bottom, _, columns = area
     colourful = sums.shape[0] > COLOUR + 1
     for r in range(bottom - top):
@@ -199,7 +216,7 @@ def _sum_up(area, xs, sums, touched):
             red += sums[COLOUR, at + i]
             share = F1 / cover if abs(cover) > TINY else F0
             sums[COVER, at + i] = min(F1, abs(cover))
-            sums[INVERSE, at + i] = max(F0, (inverse + slope * xs[i]) * share)
+            sums[INVERSE, at + i] = min(most, max(least, (inverse + slope * xs[i]) * share))
             sums[COLOUR, at + i] = red * share
             if colourful:
                 green += sums[COLOUR + 1, at + i]
@@ -289,6 +306,7 @@ def draw_polyhedron(
     """
     edges, painted, _, _, sums, shares, touched = work
     count, paints = _collect(first, last, base, whole, mesh, placed, facing, colours, optics, work)
+    least, most = _depth_range(first, last, base, whole, mesh, placed, facing)
     top, bottom, left, right = _box(edges, count, size)
     columns = right - left
     step = min(MAX_ROWS, sums.shape[1] // (columns + 2))
@@ -296,7 +314,7 @@ def draw_polyhedron(
         area = (row, min(bottom, row + step), left, columns)
         _forget(touched[0], area[1] - row)
         _step_body(edges, count, area, sums, shares, touched[0])
-        _sum_up(area, xs, sums, touched[0])
+        _sum_up(area, xs, least, most, sums, touched[0])
         for p in range(paints):
             face = painted[p, 0]
             _forget(touched[1], area[1] - row)
