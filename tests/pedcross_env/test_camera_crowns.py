@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from camera_scenes import renderer, snapshot
 
 from pedcross_env.camera import Renderer
 from pedcross_env.config import CameraConfig
-from pedcross_env.contracts import ACTOR_DTYPE, ActorKind, Snapshot, StaticClass
+from pedcross_env.contracts import ACTOR_DTYPE, ActorKind, Frame, Snapshot, StaticClass
 from pedcross_env.scenario.street import StreetSpec
 from pedcross_env.weather import Weather
 
 SAMPLES = 8
 
 
-def picture(samples: int, luminance_only: bool = False, x_m: float = 0.0):
+def picture(samples: int, luminance_only: bool = False, x_m: float = 0.0) -> Frame:
     camera = CameraConfig(width_px=112 * samples, height_px=64 * samples)
-    renderer = Renderer(camera)
-    renderer.load(StreetSpec(seed=5), Weather())
+    view = Renderer(camera)
+    view.load(StreetSpec(seed=5), Weather())
     ego = np.zeros((), ACTOR_DTYPE)
     ego["id"], ego["kind"], ego["x"] = 1, ActorKind.VEHICLE, x_m
-    return renderer.render(Snapshot(0.0, ego, np.zeros(0, ACTOR_DTYPE)), luminance_only=luminance_only)
+    return view.render(Snapshot(0.0, ego, np.zeros(0, ACTOR_DTYPE)), luminance_only=luminance_only)
 
 
 @pytest.mark.parametrize("x_m", [0.0, 7.3])
@@ -41,4 +42,16 @@ def test_luminance_alone_is_that_of_the_colours() -> None:
     grey, colour = picture(2, luminance_only=True), picture(2)
     leaves = colour.instance == StaticClass.VEGETATION
     assert leaves.any()
-    np.testing.assert_allclose(grey.luminance[leaves], colour.luminance[leaves], rtol=2e-3)
+    np.testing.assert_allclose(grey.luminance[leaves], colour.luminance[leaves], rtol=1e-4)
+
+
+@pytest.mark.parametrize("azimuth_deg", [1.0, 15.0])
+def test_leaves_before_the_low_sun_have_no_colour_that_is_less_than_nothing(azimuth_deg: float) -> None:
+    """What is below zero in one colour is cut off; the luminance alone would take it from the others."""
+    low_sun = Weather(sun_altitude_deg=15.0, sun_azimuth_deg=azimuth_deg)
+    view = renderer(low_sun, horizontal_fov_deg=90.0, pitch_deg=-10.0)
+    for x in (36.0, 37.0, 38.0, 39.0):
+        grey, colour = view.render(snapshot(x=x), luminance_only=True), view.render(snapshot(x=x))
+        leaves = colour.instance == StaticClass.VEGETATION
+        assert np.count_nonzero(leaves) > 1000
+        np.testing.assert_allclose(grey.luminance[leaves], colour.luminance[leaves], rtol=2e-4)

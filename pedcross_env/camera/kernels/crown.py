@@ -68,27 +68,36 @@ def splat_leaves(leaves, image):
 
 @kernel
 def _light_crown(centre, albedo, env, lamps, beams, table, work):
-    """Fill ``light`` (C, 5): constant, gradient and sun, and ``heads`` (C, 2), for the crown's middle."""
-    field, light, heads, sun, head = work[1:6]
+    """Fill ``light`` (C, 4), constant and gradient over the normal, and ``heads`` (C, 2), for the crown's middle.
+
+    No leaf has less than no light, whichever way it faces: where the line through the sun's light would fall below zero, it is
+    flatter.
+    """
+    field, light, heads, _, head = work[1:6]
     channels = light.shape[0]
     light_field(centre, env, lamps, beams, table, field)
     beam = head_irradiance(centre, env, table, env[ENV_BETA])
     away = 1e-9
     for k in range(3):
-        sun[k] = env[ENV_SUN_DIRECTION + k]
         away += (env[ENV_BEAM_POSITION + k] - centre[k]) ** 2
     for k in range(3):
         head[k] = (env[ENV_BEAM_POSITION + k] - centre[k]) / math.sqrt(away)
     for c in range(channels):
-        for k in range(5):
+        for k in range(4):
             light[c, k] = 0
         heads[c, 0] = 0
     for c in range(3):
         weight = 1.0 if channels == 3 else LUMA[c]
         rho, o = weight * albedo[c] / math.pi, c if channels == 3 else 0
-        for k in range(4):
-            light[o, k] += rho * field[c, k]
-        light[o, 4] += rho * env[ENV_SUN + c]
+        field[c, 0] += SUN_ROUND * env[ENV_SUN + c]
+        squared = 1e-30
+        for k in range(3):
+            field[c, 1 + k] += SUN_FACING * env[ENV_SUN + c] * env[ENV_SUN_DIRECTION + k]
+            squared += field[c, 1 + k] * field[c, 1 + k]
+        flatter = min(1.0, field[c, 0] / math.sqrt(squared))
+        light[o, 0] += rho * field[c, 0]
+        for k in range(3):
+            light[o, 1 + k] += rho * flatter * field[c, 1 + k]
         heads[o, 0] += rho * beam * env[ENV_BEAM_TINT + c]
 
 
@@ -214,12 +223,12 @@ def _settle(cover, plane):
 
 
 @kernel
-def _crown_light(light, heads, sun, head, flip, out):
+def _crown_light(light, heads, head, flip, out):
     """Fill (C, 4): radiance per tone, and per tone times the normal's three directions."""
     for c in range(out.shape[0]):
-        out[c, 0] = light[c, 0] + light[c, 4] * SUN_ROUND
+        out[c, 0] = light[c, 0]
         for k in range(3):
-            out[c, 1 + k] = light[c, 1 + k] + light[c, 4] * SUN_FACING * sun[k] + heads[c, 0] * head[k]
+            out[c, 1 + k] = light[c, 1 + k] + heads[c, 0] * head[k]
         out[c, 1] *= flip
 
 
@@ -271,7 +280,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     flip = 1.0 if crown[4] > 0 else -1.0
     channels = planes.shape[0]
     light = radiance[:channels]
-    _crown_light(work[2], work[3], work[4], work[5], flip, light)
+    _crown_light(work[2], work[3], work[5], flip, light)
     depth_inverse = np.float32(1.0 / max(z - 0.35 * half_w, 0.5 * z))
     step, fall = flip * 0.5 * texels / rx, 0.5 * texels / ry  # texels per column, per row
     start, top = 0.5 * texels + step * (a - u0), 0.5 * texels + fall * (row0 - v0)
