@@ -164,7 +164,7 @@ def main() -> None:
                 flush=True,
             )
     if not args.no_start:
-        print("\nfirst frame of a fresh process, wall time, imports included")
+        print("\nfirst frame of a fresh process (one core, moving traffic), wall time, imports included")
         with tempfile.TemporaryDirectory() as cache:
             for name in ("none", "warm"):
                 taken, bar_s = first_frame_s(cache), FIRST_FRAME_BARS_S[name]

@@ -47,8 +47,11 @@ def _noise(x: np.ndarray, y: np.ndarray, lattice: np.ndarray) -> np.ndarray:
     s, t = s * s * (3.0 - 2.0 * s), t * t * (3.0 - 2.0 * t)
     i, j = i % LATTICE, j % LATTICE
     k, m = (i + 1) % LATTICE, (j + 1) % LATTICE
-    low = lattice[i, j] + s * (lattice[k, j] - lattice[i, j])
-    high = lattice[i, m] + s * (lattice[k, m] - lattice[i, m])
+    i, k = LATTICE * i, LATTICE * k
+    corner = lattice.ravel().take
+    low, high = corner(i + j), corner(i + m)
+    low += s * (corner(k + j) - low)
+    high += s * (corner(k + m) - high)
     return np.asarray(low + t * (high - low))
 
 

@@ -90,9 +90,10 @@ class ModelBuilder:
         self._middles: list[np.ndarray] = []
 
     def _outwards(self, corners: list[int], middle: np.ndarray) -> list[int]:
-        p = np.array([self._points[i] for i in corners])
-        normal = np.cross(p, np.roll(p, -1, axis=0)).sum(axis=0)
-        return corners if float((normal * (p.mean(axis=0) - middle)).sum()) >= 0 else corners[::-1]
+        points = [self._points[i] for i in corners]
+        at = [sum(values) / len(points) for values in zip(*points, strict=True)]
+        outwards = sum(n * (a - m) for n, a, m in zip(_normal(points), at, middle.tolist(), strict=True))
+        return corners if outwards >= 0 else corners[::-1]
 
     def _flat(self, corners: list[int], middle: np.ndarray) -> list[list[int]]:
         """Split a face into triangles unless it is flat, in the way that bulges outwards.
@@ -101,7 +102,7 @@ class ModelBuilder:
         with less than no coverage.
         """
         face = self._outwards(corners, middle)
-        if len(face) < 4 or _bulge(np.array([self._points[i] for i in face])) <= FLAT_M:
+        if len(face) < 4 or _bulge([self._points[i] for i in face]) <= FLAT_M:
             return [face]
         fans = []
         for turn in range(len(face)):
@@ -112,7 +113,7 @@ class ModelBuilder:
     def _rise(self, fan: list[list[int]], face: list[int]) -> float:
         """How far corners of a face rise above the triangles it is split into: 0 where they are convex."""
         points = np.array([self._points[i] for i in face])
-        planes = [_plane(np.array([self._points[i] for i in triangle])) for triangle in fan]
+        planes = [_plane([self._points[i] for i in triangle]) for triangle in fan]
         return max(float((points @ plane[:3] - plane[3]).max()) for plane in planes)
 
     def loft(self, rings: Sequence[Sequence[Point]], material: int, caps: int | None = None) -> None:
@@ -310,16 +311,27 @@ class ModelTable:
         return tuple(getattr(self, f.name) for f in fields(self))
 
 
-def _plane(corners: np.ndarray) -> np.ndarray:
+def _normal(corners: Sequence[Point]) -> Point:
+    """Return Newell's normal of a face, as long as twice its area; in plain Python: faces are small and there are thousands."""
+    terms = [
+        (y * w - z * v, z * u - x * w, x * v - y * u)
+        for (x, y, z), (u, v, w) in zip(corners, [*corners[1:], corners[0]], strict=True)
+    ]
+    x, y, z = (sum(values) for values in zip(*terms, strict=True))
+    return x, y, z
+
+
+def _plane(corners: Sequence[Point]) -> np.ndarray:
     """Return Newell's normal of a face and its product with the first corner."""
-    normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
-    return np.append(normal, normal @ corners[0])
+    normal = np.array(_normal(corners))
+    return np.array([*normal, normal @ np.array(corners[0])])
 
 
-def _bulge(corners: np.ndarray) -> float:
+def _bulge(corners: Sequence[Point]) -> float:
     """How far a face's corners lie off its plane, metres."""
-    plane = _plane(corners)
-    return float(np.ptp(corners @ plane[:3]) / max(np.sqrt(plane[:3] @ plane[:3]), FLAT_M))
+    normal = np.array(_normal(corners))
+    heights = np.array(corners) @ normal
+    return float((heights.max() - heights.min()) / max(np.sqrt(normal @ normal), FLAT_M))
 
 
 def _beyond(part: Sequence[tuple[tuple[int, ...], int, int]], first: int) -> list[int]:
@@ -359,7 +371,7 @@ def model_table() -> ModelTable:
             beyond += _beyond(part, len(material))
             for face, surface, painted in part:
                 corners += face
-                planes.append(_plane(places[list(face)]))
+                planes.append(_plane([model.points[i] for i in face]))
                 middles.append(places[list(face)].mean(axis=0))
                 face_start.append(len(corners))
                 material.append(surface)

@@ -6,15 +6,12 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from highway_env.road.road import Road
-from highway_env.vehicle.behavior import IDMVehicle
-from highway_env.vehicle.kinematics import Vehicle
-
 from pedcross_env.scenario.route import Route
 from pedcross_env.scenario.scenario import Maneuver, VehicleSpec
 from pedcross_env.scenario.sizes import vehicle_size
 from pedcross_env.scenario.trigger import Fires
 from pedcross_env.world.ego import settle
+from pedcross_env.world.highway import IDMVehicle, Road, Vehicle
 from pedcross_env.world.lanes import RouteLane
 
 __all__ = ["GIVE_WAY_S", "HARDEST_BRAKING_MPS2", "Driver", "Hazard", "Passive", "Phase"]

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from highway_env.road.lane import AbstractLane, LineType
-from highway_env.road.road import RoadNetwork
 
 from pedcross_env.errors import ConfigError
 from pedcross_env.scenario.layout import lane_route, lanes, side_street, to_street, to_world, turning_route
 from pedcross_env.scenario.route import Route
 from pedcross_env.scenario.scenario import VehicleSpec
 from pedcross_env.scenario.street import Intersection, StreetSpec
+from pedcross_env.world.highway import AbstractLane, LineType, RoadNetwork
 
 __all__ = ["RouteLane", "route_of", "street_network"]
 

@@ -12,7 +12,6 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from highway_env.road.road import Road
 
 from pedcross_env.config import EgoConfig
 from pedcross_env.scenario.layout import to_street, to_world
@@ -22,6 +21,7 @@ from pedcross_env.scenario.trigger import Fires
 from pedcross_env.world.crossing import way_stays
 from pedcross_env.world.doors import Doors
 from pedcross_env.world.drivers import GIVE_WAY_S, HARDEST_BRAKING_MPS2, Driver, Hazard, Passive, Phase
+from pedcross_env.world.highway import Road
 from pedcross_env.world.lanes import route_of, street_network
 from pedcross_env.world.pedestrians import Pedestrians
 

@@ -41,7 +41,8 @@ def _leafy(
     ragged = rng.random(count) ** 0.25 * (1 + 0.13 * rng.normal(size=count))
     place = own[:, :3] + out * (own[:, 3] * ragged)[:, None] * np.array([1.0, flat, 1.0])
     # what other lobes cover lies in the shade
-    gap = np.sqrt(((place[:, None, :] - lobes[None, :, :3]) ** 2).sum(axis=2)) - lobes[None, :, 3]
+    dx, dy, dz = (place[:, None, k] - lobes[None, :, k] for k in range(3))
+    gap = np.sqrt(dx * dx + dy * dy + dz * dz) - lobes[None, :, 3]
     buried = np.clip(-gap, 0, 0.25).sum(axis=1) - np.clip(own[:, 3] * (1 - ragged), 0, 0.25)
     tone = np.exp2(-3.2 * np.clip(buried, 0, 1)) * (0.88 - 0.30 * out[:, 1]) * (0.62 + 0.42 * ragged)
     tone *= rng.uniform(0.72, 1.28, count)
@@ -130,12 +131,21 @@ def _bare(rng: np.random.Generator) -> np.ndarray:
     return np.array(strokes)
 
 
-def _running_sums(image: np.ndarray) -> np.ndarray:
-    """(N, C * M) sums of the texels left of each corner of theirs, channel by channel in each row; M is N in whole vectors."""
-    wide = np.pad(image, ((BORDER + 1, BORDER), (BORDER + 1, BORDER), (0, 0)))
-    sums = wide.cumsum(axis=1)
-    filled = np.pad(sums, ((0, 0), (0, -len(wide) % LANES), (0, 0)), mode="edge")
-    return np.ascontiguousarray(filled.transpose(0, 2, 1)).reshape(len(wide), -1)
+def _halved(images: np.ndarray) -> np.ndarray:
+    """(S, N / 2, N / 2, C) means of every two by two texels."""
+    rows = images[:, 0::2] + images[:, 1::2]
+    return np.asarray(0.25 * (rows[:, :, 0::2] + rows[:, :, 1::2]))
+
+
+def _running_sums(images: np.ndarray) -> np.ndarray:
+    """(S, N, C * M) sums of the texels left of each corner of theirs, channel by channel in each row; M is N in whole vectors."""
+    count, texels, _, channels = images.shape
+    nodes, first = texels + 2 * BORDER + 1, BORDER + 1
+    sums = np.zeros((count, nodes, channels, nodes + -nodes % LANES))
+    inner = sums[:, first : first + texels]
+    np.cumsum(images.transpose(0, 1, 3, 2), axis=3, out=inner[..., first : first + texels])
+    inner[..., first + texels :] = inner[..., first + texels - 1, None]
+    return sums.reshape(count, nodes, -1)
 
 
 def _bounds(sums: np.ndarray) -> np.ndarray:
@@ -170,13 +180,12 @@ def crown_textures() -> CrownTextures:
     rngs = np.random.default_rng(31_415).spawn(len(makers))
     for image, make, rng in zip(images, makers, rngs, strict=True):
         splat_leaves(make(rng), image)
-    levels = []
+    means, sums, units, bounds = images.astype(np.float64), [], [], []
     for level in range(LEVELS):
-        n = SIZE >> level
-        means = images.reshape(len(makers), n, 1 << level, n, 1 << level, -1).mean(
-            axis=(2, 4), dtype=np.float64
-        )
-        levels.append(np.stack([_running_sums(image) for image in means]))
-    units = tuple(float(np.abs(sums).max()) / MOST for sums in levels)
-    whole = tuple(np.round(sums / unit).astype(np.int16) for sums, unit in zip(levels, units, strict=True))
-    return CrownTextures(whole, units, tuple(_bounds(sums) for sums in levels))
+        means = _halved(means) if level else means
+        exact = _running_sums(means)
+        unit = float(max(exact.max(), -exact.min())) / MOST
+        bounds.append(_bounds(exact))
+        sums.append(np.rint(np.divide(exact, unit, out=exact), out=exact).astype(np.int16))
+        units.append(unit)
+    return CrownTextures(tuple(sums), tuple(units), tuple(bounds))
