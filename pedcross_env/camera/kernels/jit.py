@@ -19,10 +19,12 @@ from numba import njit
 
 from pedcross_env.camera.kernels.compiling import EntryCompiler, KernelCompiler
 
-__all__ = ["INT", "LANES", "allocating", "entry", "inlined", "kernel"]
+__all__ = ["BOOL", "INT", "LANES", "allocating", "entry", "inlined", "kernel"]
 
 INT = np.int64
 """Makes an integer of one type of a literal."""
+BOOL = np.bool_
+"""The same for True and False, which numba takes for types of their own too."""
 LANES = 8
 """Of a vector of 32-bit numbers. What is left over when a loop does not end on a whole vector is done one by one: short rows are
 worked on in whole vectors where what lies beside them does not matter."""

@@ -9,7 +9,7 @@ import numpy as np
 from pedcross_env.camera.kernels.capsules import draw_capsule
 from pedcross_env.camera.kernels.crown import draw_crown
 from pedcross_env.camera.kernels.facade import draw_panel, panel_work
-from pedcross_env.camera.kernels.jit import INT, LANES, allocating, kernel
+from pedcross_env.camera.kernels.jit import BOOL, INT, LANES, allocating, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_AIR,
     ENV_BEAM_POSITION,
@@ -319,7 +319,7 @@ def draw_scene(
             if idents[k, 1] == 1:
                 draw_vehicle(
                     actors[k], looks[k, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch,
-                    work, hulls, car, spans, False,
+                    work, hulls, car, spans, BOOL(False),
                 )  # fmt: skip
             else:
                 draw_pedestrian(
@@ -352,7 +352,7 @@ def draw_scene(
                 roof = -1 - i
                 draw_vehicle(
                     actors[roof], looks[roof, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size,
-                    scratch, work, hulls, car, spans, True,
+                    scratch, work, hulls, car, spans, BOOL(True),
                 )  # fmt: skip
                 continue
             parts = visible_parts(i, faced, panels, rotation, camera, optics, seen)

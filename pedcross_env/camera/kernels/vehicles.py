@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import allocating, kernel
+from pedcross_env.camera.kernels.jit import BOOL, allocating, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM_TINT,
     ENV_BETA,
@@ -158,7 +158,7 @@ def draw_vehicle(
     stretch = scale[0] * scale[1] * scale[2]
     lit = lamps.shape[0] + beams.shape[0] > 0  # or the light is the same everywhere
     light_field(turn[3], env, lamps, beams, table, field)
-    whole = True
+    whole = BOOL(True)
     f0, f1 = part_faces[model_parts[model]], part_faces[model_parts[model + 1]]
     for face in range(f0, f1):
         plane, seen = planes[face], facing[face - f0]
