@@ -19,11 +19,11 @@ from eval.jobs import EnvFactory, Job, Loader, make_env, play_jobs
 from eval.provenance import provenance
 from eval.seeds import decisive_seeds
 from eval.store import RowLog, prepare_folder, write_json, write_rows
-from pedcross_env import __version__
 from pedcross_env.config import CameraConfig, EgoConfig, EnvConfig, LabelConfig, TrafficConfig, require
 from pedcross_env.contracts import Modality
 from pedcross_env.errors import unknown_name
 from pedcross_env.scenario.suites import Cell, suite
+from pedcross_env.source import source_digest
 from pedcross_env.warmup import COMPILING, compile_kernels
 
 __all__ = ["EvaluateConfig", "EvaluateReport", "check_weathers", "evaluate"]
@@ -224,7 +224,7 @@ def _episodes(
     env = _env_config(config, modalities)
     # The weather is given with each reset, so the config's own plays no part in what a row depends on.
     facts = [
-        __version__,
+        source_digest("pedcross_env", "perception", "agents"),
         spec.fingerprint,
         dataclasses.asdict(aeb),
         dataclasses.asdict(env) | {"weather": None},

@@ -12,15 +12,20 @@ from pathlib import Path
 from typing import Any
 
 from pedcross_env import __version__
+from pedcross_env.source import source_digest
 
 __all__ = ["machine", "provenance"]
 
+SOURCE = ("pedcross_env", "perception", "agents", "eval")
 PACKAGES = ("numpy", "numba", "torch", "spikingjelly", "gymnasium", "highway-env", "opencv-python-headless")
 
 
 def provenance() -> dict[str, Any]:
-    """Return versions, the machine, the command line of this process and the time (UTC)."""
-    versions = {"pedcross": __version__, "python": platform.python_version()}
+    """Return versions and a digest of the source, the machine, the command line of this process and the time (UTC)."""
+    versions = {
+        "pedcross": f"{__version__}, source {source_digest(*SOURCE)}",
+        "python": platform.python_version(),
+    }
     for package in PACKAGES:
         try:
             versions[package] = version(package)

@@ -33,6 +33,7 @@ from pedcross_env.contracts import INFO_KEYS, MODALITIES, Modality
 from pedcross_env.errors import ConfigError, DataError, unknown_name
 from pedcross_env.sensors.event_files import write_events
 from pedcross_env.sensors.events import counts_to_png
+from pedcross_env.source import source_digest
 from pedcross_env.warmup import COMPILING, compile_kernels
 from pedcross_env.weather import BAD_WEATHERS
 
@@ -179,6 +180,7 @@ def _prepare_root(config: GenerateConfig) -> None:
     settings = {
         "format": 1,
         "version": __version__,
+        "source": source_digest(),
         "settings": _plain({k: v for k, v in dataclasses.asdict(config).items() if k not in NOT_COMPARED}),
     }
     path = config.out / "dataset.json"
@@ -186,6 +188,11 @@ def _prepare_root(config: GenerateConfig) -> None:
         (config.out / "manifest").mkdir(parents=True, exist_ok=True)
         if path.exists():
             existing = json.loads(path.read_text())
+            if existing.get("settings") == settings["settings"] and existing != settings:
+                raise ConfigError(
+                    f"{config.out} holds a dataset made by other code of pedcross ({_difference(existing, settings)}): "
+                    "what would be added may differ from its pictures; choose another folder or delete it."
+                )
             if existing != settings:
                 raise ConfigError(
                     f"{config.out} holds a dataset made with other settings ({_difference(existing, settings)}); "

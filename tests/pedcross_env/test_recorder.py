@@ -97,6 +97,14 @@ def test_other_settings_do_not_mix_into_a_dataset(dataset):
         generate(config(dataset, events=True, event_causes=True, seed=5))
 
 
+def test_other_code_does_not_add_to_a_dataset(dataset, monkeypatch):
+    monkeypatch.setattr("pedcross_env.recorder.source_digest", lambda: "0123456789abcdef")
+    with pytest.raises(
+        ConfigError, match=r"made by other code of pedcross .source: '[0-9a-f]{16}' there, '0123456789abcdef'"
+    ):
+        generate(config(dataset, events=True, event_causes=True))
+
+
 def test_unwritable_root_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(ConfigError, match="cannot be written"):
