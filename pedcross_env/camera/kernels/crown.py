@@ -1,7 +1,7 @@
 """Crowns of trees and bushes: textures of leaves that face the camera.
 
 A crown is far finer than a pixel nearly everywhere. It is drawn from a texture made once (see scenery.foliage) by its exact mean
-over each pixel: whole texels down a row of pixels, running sums along it. So a picture is the mean of any finer one. For the same reason the light on its leaves
+over each pixel, by running sums down and along it. So a picture is the mean of any finer one. For the same reason the light on its leaves
 is linear in what the texture holds: the light on the mean leaf is the mean of the light on the leaves.
 """
 
@@ -129,48 +129,40 @@ def _edges_of_columns(start, step, size, nodes, weights):
 
 
 @inlined
-def _passed_share(u):
-    """Share of a texel above a line ``u`` texels below its middle, the line one texel wide; see ``_edges_of_columns``."""
-    u = min(max(u, -1.0), 1.0)
-    return 0.5 * (u + 1.0) * (u + 1.0) if u < 0.0 else 1.0 - 0.5 * (1.0 - u) * (1.0 - u)
-
-
-@kernel
-def _add_rows(kept, first, second, third, fourth, share, share2, share3, share4, added):
-    for k in range(added.shape[0]):
-        more = share * np.float32(first[k]) + share2 * np.float32(second[k])
-        more += share3 * np.float32(third[k]) + share4 * np.float32(fourth[k])
-        added[k] = kept * added[k] + more
-
-
-@inlined
 def _place(row, across):
     """Where an edge of a row of pixels (texels from the texture's edge) lies in its rows, a BORDER and a half added."""
     return min(max(row, -0.5), across - 2 * BORDER - 0.5) + (BORDER + 0.5)
 
 
-@inlined
-def _row_share(row, end, top, bottom):
-    """Share of a row of texels between two lines; 0 beyond the last."""
-    return np.float32(_passed_share(bottom - row) - _passed_share(top - row)) if row <= end else F0
+@kernel
+def _between(top0, top1, top2, bottom0, bottom1, bottom2, above, below, above2, below2, added):
+    """Fill the difference between two lines across the sums; see ``_sums_row``.
+
+    Each line's sums are those at its middle node and small steps from there: the large numbers are whole ones, whose difference is
+    exact.
+    """
+    for k in range(added.shape[0]):
+        start = below * (top2[k] - top1[k]) - above * (top1[k] - top0[k])
+        end = below2 * (bottom2[k] - bottom1[k]) - above2 * (bottom1[k] - bottom0[k])
+        added[k] = (bottom1[k] - top1[k]) + (end - start)
 
 
 @kernel
-def _sums_row(texture, top, bottom, low, high, added):
-    """Fill the sums along a row of pixels, which reaches from ``top`` to ``bottom`` (see ``_place``), at nodes ``low`` to ``high``."""
-    across = texture.shape[1] // TEXTURE_CHANNELS
-    start, end = int(top), int(bottom) + 1
-    for row in range(start, end + 1, 4):
-        row2, row3, row4 = min(row + 1, end), min(row + 2, end), min(row + 3, end)
-        share, share2 = _row_share(row, end, top, bottom), _row_share(row + 1, end, top, bottom)
-        share3, share4 = _row_share(row + 2, end, top, bottom), _row_share(row + 3, end, top, bottom)
-        kept = F0 if row == start else F1
-        for channel in range(TEXTURE_CHANNELS):
-            a, b = channel * across + low, channel * across + high
-            _add_rows(
-                kept, texture[row, a:b], texture[row2, a:b], texture[row3, a:b], texture[row4, a:b], share, share2, share3, share4,
-                added[a:b],
-            )  # fmt: skip
+def _sums_row(sums, top, bottom, low, high, added):
+    """Fill the sums along a row of pixels, which reaches from ``top`` to ``bottom`` (see ``_place``), at nodes ``low`` to ``high``.
+
+    Either line's sums are the mean over one texel, as in ``_edges_of_columns``.
+    """
+    across = sums.shape[1] // TEXTURE_CHANNELS
+    t, b = int(top), int(bottom)
+    above, below = np.float32(0.5 * (1.0 - top + t) ** 2), np.float32(0.5 * (top - t) ** 2)
+    above2, below2 = np.float32(0.5 * (1.0 - bottom + b) ** 2), np.float32(0.5 * (bottom - b) ** 2)
+    for channel in range(TEXTURE_CHANNELS):
+        i, j = channel * across + low, channel * across + high
+        _between(
+            sums[t - 1, i:j], sums[t, i:j], sums[t + 1, i:j], sums[b - 1, i:j], sums[b, i:j], sums[b + 1, i:j], above, below,
+            above2, below2, added[i:j],
+        )  # fmt: skip
 
 
 @kernel

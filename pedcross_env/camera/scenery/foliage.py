@@ -14,7 +14,7 @@ from pedcross_env.camera.kernels.jit import LANES
 __all__ = ["BARE", "COLUMNAR", "CONIFERS", "ROUND", "CrownTextures", "crown_textures"]
 
 SIZE, LEVELS = 256, 5  # texels along a side of the finest textures; how many there are, each half as fine
-MOST = 32_000  # of 16 bits
+MOST = 32_000  # of the sums along a row: over all rows they stay whole numbers of 24 bits
 ROUND, COLUMNAR, CONIFERS, BARE = (0, 1, 2), (3,), (4,), (5, 6)
 """Which textures belong to a species."""
 
@@ -160,9 +160,9 @@ class CrownTextures(NamedTuple):
     """All crowns, LEVELS times, ever coarser; N = texels along a side + 2 BORDER + 1, half as many texels each time.
 
     Attributes:
-        sums: Each (S, N, 5 * M) int16, M being N in whole vectors: per crown, row of texels, channel and column the running sums along the row of the cover, the
-            tone, and the tone times the leaf's normal to the right, downwards and away. Row BORDER + 1 is the texture's first,
-            column BORDER its edge. Sixteen bits: the time it takes to draw crowns is that of fetching them.
+        sums: Each (S, N, 5 * M) float32, M being N in whole vectors: per crown, row of texels, channel and column the running sums,
+            down and along, of the cover, the tone, and the tone times the leaf's normal to the right, downwards and away. Row and
+            column BORDER are the texture's edge. They are whole numbers that float32 holds exactly, and so their differences.
         units: What 1 stands for in each.
         bounds: Each (S, N, 2) int64, the columns between which the leaves of a row lie.
     """
@@ -186,6 +186,7 @@ def crown_textures() -> CrownTextures:
         exact = _running_sums(means)
         unit = float(max(exact.max(), -exact.min())) / MOST
         bounds.append(_bounds(exact))
-        sums.append(np.rint(np.divide(exact, unit, out=exact), out=exact).astype(np.int16))
+        whole = np.rint(np.divide(exact, unit, out=exact), out=exact)
+        sums.append(np.cumsum(whole, axis=1, out=whole).astype(np.float32))
         units.append(unit)
     return CrownTextures(tuple(sums), tuple(units), tuple(bounds))
