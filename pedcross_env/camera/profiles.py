@@ -43,6 +43,13 @@ def bands_of(integral: np.ndarray, start_m: float, texel_m: float) -> np.ndarray
     return out
 
 
+def covered_by(bands: np.ndarray) -> np.ndarray:
+    """Return the (R, 2) float32 ranges of y that bands cover without a gap."""
+    begins = np.concatenate([[True], bands[1:, 0] != bands[:-1, 1]]) if len(bands) else np.zeros(0, bool)
+    ends = np.concatenate([begins[1:], [True]]) if len(bands) else begins
+    return np.ascontiguousarray(np.stack([bands[begins, 0], bands[ends, 1]], axis=1))
+
+
 def stripes_of(integral: np.ndarray, channel: int, start_m: float, texel_m: float) -> np.ndarray:
     """Return the (S, 2) float32 ranges of y in which a marking of the profile lies."""
     inside = np.diff(integral[:, channel].astype(np.float64)) > 0.5

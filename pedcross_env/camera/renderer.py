@@ -29,7 +29,7 @@ from pedcross_env.camera.light import (
 )
 from pedcross_env.camera.models import material_table, model_table
 from pedcross_env.camera.pinhole import CameraPose, camera_pose
-from pedcross_env.camera.profiles import bands_of, stripes_of
+from pedcross_env.camera.profiles import bands_of, covered_by, stripes_of
 from pedcross_env.camera.reach import reach_of
 from pedcross_env.camera.scenery import (
     ACROSS_TEXEL_M,
@@ -150,7 +150,8 @@ class Renderer:
             for table in (self._scenery.low, self._scenery.high)
         ]
         low, high = (bands_of(table, *across) for table in tables)
-        self._bands = (low, high, np.empty((len(low), 11), np.float32), np.empty((len(high), 11), np.float32))
+        weighed = (np.empty((len(bands), 11), np.float32) for bands in (low, high))
+        self._bands = (low, high, *weighed, (covered_by(low), covered_by(high)))
         self._stripes = (stripes_of(tables[0], 5, *across), stripes_of(tables[0], 6, *across))
         self._front_maps, self._ground_map = self._scenery.front_lamp_maps, self._scenery.ground_lamp_map
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pedcross_env.camera.kernels.jit import kernel
-from pedcross_env.camera.kernels.rows import F0, F1
+from pedcross_env.camera.kernels.rows import F0, fill_row
 
 __all__ = ["add_stripes", "fill_bands", "grain_columns", "grain_row", "weigh_bands"]
 
@@ -33,13 +33,7 @@ def weigh_bands(bands, weights, out):
 @kernel
 def _ramp(value, slope, out):
     for i in range(out.shape[0]):
-        out[i] = value + slope * np.float32(i)
-
-
-@kernel
-def _constant(value, out):
-    for i in range(out.shape[0]):
-        out[i] = value
+        out[i] = value + slope * np.float32(np.int32(i))
 
 
 @kernel
@@ -49,18 +43,17 @@ def _rise(value, out):
 
 
 @kernel
-def _part(band, p, u0, inv_span, low, high, at, buf, first, cover, marks):
+def _part(band, p, u0, inv_span, low, high, at, buf, first, marks):
     """Add the part of a band that lies between columns ``low`` and ``high``, both in pixel ``at``."""
     share = np.float32(high - low)
     t = np.float32((0.5 * (low + high) - u0) * inv_span)
     for k in range(p):
         buf[first + k, at] += share * (band[3 + k] + t * (band[3 + p + k] - band[3 + k]))
-    cover[at] += share
     marks[at] += share * band[2]
 
 
 @kernel
-def fill_bands(bands, p, y0, dy, column, buf, first, cover, marks):
+def fill_bands(bands, p, y0, dy, column, buf, first, marks):
     """Fill a row's pixels with their mean over the bands they see: exact, so that nothing is aliased at any distance.
 
     Args:
@@ -71,10 +64,9 @@ def fill_bands(bands, p, y0, dy, column, buf, first, cover, marks):
         column: Of the first pixel.
         buf: Work space (whole, so that its rows' slices are known to be contiguous).
         first: Its row for the first of P planes of values; 0 where no band has been yet.
-        cover: (n,) share of the pixel that the bands cover, likewise.
-        marks: (n,) share that lines cover, likewise.
+        marks: (n,) share of the pixel that lines cover, likewise.
     """
-    n = cover.shape[0]
+    n = marks.shape[0]
     inv = 1.0 / dy
     for j in range(bands.shape[0]):
         band = bands[j]
@@ -85,30 +77,25 @@ def fill_bands(bands, p, y0, dy, column, buf, first, cover, marks):
         inv_span = 1.0 / (u1 - u0)
         i0, i1 = int(low), int(high)
         if i0 == i1:
-            _part(band, p, u0, inv_span, low, high, i0, buf, first, cover, marks)
+            _part(band, p, u0, inv_span, low, high, i0, buf, first, marks)
             continue
         if low > i0:
-            _part(band, p, u0, inv_span, low, i0 + 1.0, i0, buf, first, cover, marks)
+            _part(band, p, u0, inv_span, low, i0 + 1.0, i0, buf, first, marks)
             i0 += 1
         if high > i1:
-            _part(band, p, u0, inv_span, i1 + 0.0, high, i1, buf, first, cover, marks)
+            _part(band, p, u0, inv_span, i1 + 0.0, high, i1, buf, first, marks)
         if i1 > i0:
             t = (i0 + 0.5 - u0) * inv_span
             for k in range(p):
                 rise = band[3 + p + k] - band[3 + k]
-                start = np.float32(band[3 + k] + t * rise)
-                if rise == F0:
-                    _constant(start, buf[first + k, i0:i1])
-                else:
-                    _ramp(start, np.float32(rise * inv_span), buf[first + k, i0:i1])
-            _constant(F1, cover[i0:i1])
+                _ramp(np.float32(band[3 + k] + t * rise), np.float32(rise * inv_span), buf[first + k, i0:i1])
             if band[2] > F0:
-                _constant(band[2], marks[i0:i1])
+                fill_row(band[2], marks[i0:i1])
 
 
 @kernel
 def add_stripes(stripes, weight, y0, dy, first, marks):
-    """Add one more marking (dashes, zebra), which covers ``weight`` of this row, between the (S, 2) ranges of y."""
+    """Add to each pixel its share between the (S, 2) ranges of y, times ``weight``: that of the row which a marking covers."""
     n = marks.shape[0]
     inv = 1.0 / dy
     value = np.float32(weight)
@@ -134,7 +121,7 @@ def add_stripes(stripes, weight, y0, dy, first, marks):
 def _between(low0, high0, low1, high1, f0, f1, period, turns, scale, mean, out):
     for j in range(out.shape[0]):
         low, high = low0[j] + f0 * (high0[j] - low0[j]), low1[j] + f1 * (high1[j] - low1[j])
-        out[j] = (high - low + turns * period[j]) * scale - mean * np.float32(j)
+        out[j] = (high - low + turns * period[j]) * scale - mean * np.float32(np.int32(j))
 
 
 @kernel

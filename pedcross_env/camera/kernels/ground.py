@@ -142,10 +142,11 @@ def _own_rest(share, free, inverse, ident, weight, depth_inverse, ids):
 
 
 @kernel
-def _profile(level, y0, dy, stripes, stripe_weights, weighed, count, a, n, buf):
+def _profile(level, y0, dy, stripes, stripe_weights, weighed, covered, count, a, n, buf):
     """Fill the albedo planes, cover and marks of the road (level 0) or of what lies above the kerb."""
     cover, marks = buf[COVER, :n], buf[MARKS, :n]
-    fill_bands(weighed[level], count, y0, dy, a, buf, PLANES, cover, marks)
+    fill_bands(weighed[level], count, y0, dy, a, buf, PLANES, marks)
+    add_stripes(covered[level], 1.0, y0, dy, a, cover)
     if level == 0:
         for k in range(2):
             if stripe_weights[k] > 0:
@@ -204,7 +205,7 @@ def _ground_row(
     focal, cx, cy = optics
     kerb_h, along_start, along_texel, grain_texel = street
     along_table, stripes, grain = tables
-    count, kinds, weights = albedo
+    count, covered, kinds, weights = albedo
     polygons, polygon_info, capsules = shadows
     lamp_map, lamp_frame, beams, table = lights
     along, line, facts = work
@@ -250,7 +251,7 @@ def _ground_row(
                     lamp_map, lamp_frame, table, env, beams, place, z, yn, focal, cx, xs[a:b], buf[LAMP, :n], buf[BEAM, :n],
                 )  # fmt: skip
         if abs(dy) > 1e-9:
-            _profile(level, y0, dy, stripes, along, weighed, count, a, n, buf)
+            _profile(level, y0, dy, stripes, along, weighed, covered, count, a, n, buf)
     _row_facts(env, depth, share, facts)
     _shade_row(row, a, b, n, count, free, facts, lights_on, kinds, weights, out, buf)
     if owners:
@@ -324,7 +325,7 @@ def draw_ground_and_sky(
         env: (ENV_SIZE,) see kernels.lighting.
         street: (kerb height, start of the profiles along, their texel, the grain's texel), metres.
         tables: (profiles along (N, 3), stripes across by kind, grain's running sums).
-        bands: (bands of the road, those above the kerb, work for either), see kernels.bands.
+        bands: (bands of the road, those above the kerb, work for either, what either cover), see kernels.bands.
         shadows: (polygons, their facts, capsules).
         lights: (lamp map, its frame, others' beams, low-beam candela).
         optics: (focal, cx, cy).
@@ -336,7 +337,7 @@ def draw_ground_and_sky(
         buf: (24, >= W + 2).
     """
     out, alpha, weight, depth_inverse, ids = frame
-    low, high, weighed_low, weighed_high = bands
+    low, high, weighed_low, weighed_high, covered = bands
     along, line, facts, kinds, weights = work
     focal, _, cy = optics
     horizon = cy - focal * rotation[2, 2] / rotation[1, 2]  # rows below it look down
@@ -351,7 +352,8 @@ def draw_ground_and_sky(
                 weights[k, c] = F1 if k == c else F0
     weigh_bands(low, weights[:count], weighed_low)
     weigh_bands(high, weights[:count], weighed_high)
-    weighed, albedo = (weighed_low[: low.shape[0]], weighed_high[: high.shape[0]]), (count, kinds, weights)
+    weighed = weighed_low[: low.shape[0]], weighed_high[: high.shape[0]]
+    albedo = count, covered, kinds, weights
     for row in range(rows[0], rows[1]):
         a, b = free_row(alpha[row], free)
         if b <= a:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import INT, kernel
+from pedcross_env.camera.kernels.jit import INT, LANES, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM,
     ENV_BEAM_POSITION,
@@ -15,13 +15,15 @@ from pedcross_env.camera.kernels.lighting import (
     ENV_UP,
     beam_candela,
 )
-from pedcross_env.camera.kernels.rows import F0, F1, HALF
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, fill_row
+from pedcross_env.camera.kernels.shadows import MAX_EDGES
 
 __all__ = ["beam_at", "lamp_at", "lights_row", "shadow_row"]
 
 LEVEL = np.float32(1e-9)  # change per pixel of the distance to an edge that is none
 BEAM_RANGE_M = 90.0
 BEAM_STEP = 0.01  # of the tangent to the side, in the beams' table
+RAMPS, EIGHT = 2 * MAX_EDGES, 8  # numbers of all ramps along a row that a shadow's edges have, and of four
 
 
 @kernel
@@ -37,15 +39,32 @@ def _edge_width(edge, eye, ahead_x, foot_x, foot_y, soft):
 
 
 @kernel
+def _below_four(ramps, xs, cover):
+    """Lower ``cover`` to the least of four ramps (slope, constant each)."""
+    a0, b0, a1, b1 = ramps[0], ramps[1], ramps[2], ramps[3]
+    a2, b2, a3, b3 = ramps[4], ramps[5], ramps[6], ramps[7]
+    for i in range(cover.shape[0]):
+        x = xs[i]
+        cover[i] = min(cover[i], min(min(a0 * x + b0, a1 * x + b1), min(a2 * x + b2, a3 * x + b3)))
+
+
+@kernel
+def _darken(strength, cover, out):
+    for i in range(out.shape[0]):
+        out[i] = min(out[i], F1 - strength * max(F0, cover[i]))
+
+
+@kernel
 def _polygon_shadow(
-    shape, count, xs, x0, dx, y0, dy, eye, ahead_x, foot_x, foot_y, soft, strength, ramps, out
+    shape, count, xs, x0, dx, y0, dy, eye, ahead_x, foot_x, foot_y, soft, strength, work, out
 ):
     """Darken ``out`` (share of light) under a convex polygon on the ground with soft edges.
 
     Along a row the distance to an edge is linear, so that where the row enters and leaves the edges' soft borders is known:
-    pixels between are dark as a whole, and only the borders are computed one by one. A border is as wide as where the row
-    crosses its edge's middle, whichever part of the row is drawn.
+    pixels between are dark as a whole, and only the borders are computed. A border is as wide as where the row crosses its edge's
+    middle, whichever part of the row is drawn.
     """
+    ramps = work[:RAMPS]
     n = xs.shape[0]
     left, right = xs[0], xs[n - 1]
     enters, leaves = left, right  # of the polygon's outer border, as columns' middles
@@ -63,27 +82,39 @@ def _polygon_shadow(
             if start < half:
                 inner, outer = right, left
         elif slope > F0:
-            enters, inner = max(enters, (-half - start) / slope), max(inner, (half - start) / slope)
+            inv = F1 / slope
+            enters, inner = max(enters, (-half - start) * inv), max(inner, (half - start) * inv)
         else:
-            leaves, outer = min(leaves, (-half - start) / slope), min(outer, (half - start) / slope)
-        ramps[used], ramps[used + 1] = slope / width, start / width + HALF
+            inv = F1 / slope
+            leaves, outer = min(leaves, (-half - start) * inv), min(outer, (half - start) * inv)
+        sharp = F1 / width
+        ramps[used], ramps[used + 1] = slope * sharp, start * sharp + HALF
         used += 2
     if enters > leaves:
         return
-    first, last = int(math.floor(enters - left)), min(n, int(math.ceil(leaves - left)) + 1)
-    full0, full1 = int(math.ceil(inner - left)) + 1, int(math.floor(outer - left))
+    first, last = int(np.floor(enters - left)), min(n, int(np.ceil(leaves - left)) + 1)
+    full0, full1 = int(np.ceil(inner - left)) + 1, int(np.floor(outer - left))
     if full0 >= full1:
         full0 = full1 = last
     dark = F1 - strength
     for i in range(full0, full1):
         out[i] = min(out[i], dark)
+    while used % EIGHT != 0:  # ramps that lower nothing, for whole fours
+        ramps[used], ramps[used + 1] = F0, F1
+        used += 2
     for part in range(2):
         i0, i1 = (first, full0) if part == 0 else (full1, last)
-        for i in range(i0, i1):
-            cover = F1
-            for k in range(0, used, 2):
-                cover = min(cover, ramps[k] * xs[i] + ramps[k + 1])
-            out[i] = min(out[i], F1 - strength * max(F0, cover))
+        if i1 <= i0:
+            continue
+        # whole vectors: what the ramps give holds beside the border, too
+        wide = (i1 - i0 + LANES - 1) // LANES * LANES
+        i0 = max(0, min(i0, n - wide))
+        i1 = min(n, i0 + wide)
+        cover = work[RAMPS : RAMPS + i1 - i0]
+        fill_row(F1, cover)
+        for k in range(0, used, EIGHT):
+            _below_four(ramps[k : k + EIGHT], xs[i0:i1], cover)
+        _darken(strength, cover, out[i0:i1])
 
 
 @kernel
@@ -107,7 +138,7 @@ def _capsule_shadow(shape, xs, x0, dx, y0, dy, foot_x, foot_y, strength, out):
 def shadow_row(
     polygons, polygon_info, capsules, row_x0, row_x1, xs, x0, dx, y0, dy, eye, ahead_x, foot_x, foot_y, sun, sky, work
 ):  # fmt: skip
-    """Apply all shadows that reach this row to the shares of sunlight and skylight; ``work`` (>= 2 MAX_EDGES,) is overwritten.
+    """Apply all shadows that reach this row to the shares of sunlight and skylight; ``work`` (>= RAMPS + n,) is overwritten.
 
     ``ahead_x`` is how far before the eye the row lies in the middle of the picture, metres along x.
     """
@@ -119,8 +150,8 @@ def shadow_row(
             continue
         spread = foot_x + foot_y  # slanted edges blur sideways over a pixel's depth
         a, b = (info[2] - spread - y0) * inv, (info[3] + spread - y0) * inv
-        i0 = max(0, int(math.floor(max(min(a, b), np.float32(-2.0)))) - 1)
-        i1 = min(xs.shape[0], int(math.ceil(min(max(a, b), np.float32(xs.shape[0] + 2)))) + 1)
+        i0 = max(0, int(np.floor(max(min(a, b), np.float32(-2.0)))) - 1)
+        i1 = min(xs.shape[0], int(np.ceil(min(max(a, b), np.float32(xs.shape[0] + 2)))) + 1)
         if i1 > i0:
             target = sun if info[7] == 0 else sky
             _polygon_shadow(
@@ -146,8 +177,8 @@ def shadow_row(
         if max(s[0], s[0] + s[2]) + reach < low or min(s[0], s[0] + s[2]) - reach > high:
             continue
         a, b = (min(s[1], s[1] + s[3]) - reach - y0) * inv, (max(s[1], s[1] + s[3]) + reach - y0) * inv
-        i0 = max(0, int(math.floor(max(min(a, b), np.float32(-2.0)))) - 1)
-        i1 = min(xs.shape[0], int(math.ceil(min(max(a, b), np.float32(xs.shape[0] + 2)))) + 1)
+        i0 = max(0, int(np.floor(max(min(a, b), np.float32(-2.0)))) - 1)
+        i1 = min(xs.shape[0], int(np.ceil(min(max(a, b), np.float32(xs.shape[0] + 2)))) + 1)
         if i1 > i0:
             target = sun if s[8] == 0 else sky
             _capsule_shadow(s, xs[i0:i1], x0, dx, y0, dy, foot_x, foot_y, s[7], target[i0:i1])
@@ -191,7 +222,7 @@ def _between_nodes(row, step):
         slope = (row[right] - value) / np.float32(right - left)
         piece = row[left:right]
         for i in range(piece.shape[0]):
-            piece[i] = value + slope * np.float32(i)
+            piece[i] = value + slope * np.float32(np.int32(i))
         left = right
 
 
