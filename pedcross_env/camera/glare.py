@@ -48,6 +48,9 @@ class Glare:
 
     def __init__(self, width_px: int, height_px: int) -> None:
         self._step = max(4, round(STEP_AT_450_PX * width_px / 450))
+        self._sunny = self._lamps = False
+        self._sun_direction = self._sun_lx = np.zeros(3)
+        self._threshold = math.inf
         rows, columns = height_px // self._step + 2, width_px // self._step + 2
         cells = (rows + 1) * (columns + 1)
         self._work = _Work(
@@ -55,29 +58,31 @@ class Glare:
             np.zeros(width_px, np.float32),
         )  # fmt: skip
 
-    def add(
-        self, out: np.ndarray, luminance: np.ndarray, alpha: np.ndarray, pose: CameraPose, light: Light
-    ) -> None:
-        """Add glare in place.
+    def load(self, light: Light) -> None:
+        """Take a weather's light, without lightning, so that a flash does not change what counts as bright."""
+        self._sun_direction, self._sun_lx = light.sun_direction, light.sun_lx
+        self._sunny = bool(light.sun_lx.sum() > 0)
+        street = bool(light.lamp_lx.sum() > 0)
+        self._lamps = street or light.beam_on
+        day = (light.sky_lx + max(0.0, light.sun_direction[2]) * light.sun_lx) * LUMA
+        white = (float(day.sum()) + LAMPS_LX * street + BEAM_LX * light.beam_on) / math.pi
+        self._threshold = BRIGHTER * white
+
+    def add(self, out: np.ndarray, luminance: np.ndarray, alpha: np.ndarray, pose: CameraPose) -> None:
+        """Add glare in place, of the light of ``load``: none before it.
 
         Args:
             out: (C, H, W) radiance, C = 3, or C = 1: ``luminance`` itself.
             luminance: (H, W).
             alpha: (H, W) share of each pixel that objects cover, the ground and the sky left out.
             pose: Of the camera.
-            light: Without lightning, so that a flash does not change what counts as bright.
         """
-        lamps = light.lamp_lx.sum() > 0
-        sun = self._sun(alpha, pose, light)
-        if sun is None and not lamps and not light.beam_on:
+        sun = self._sun(alpha, pose)
+        if sun is None and not self._lamps:
             return
         work, count = self._work, 0
-        if lamps or light.beam_on:
-            white = float((light.sky_lx * LUMA).sum()) + max(0.0, light.sun_direction[2]) * float(
-                (light.sun_lx * LUMA).sum()
-            )
-            white = (white + LAMPS_LX * lamps + BEAM_LX * light.beam_on) / math.pi
-            threshold, border = np.float32(BRIGHTER * white), BORDER * pose.width_px
+        if self._lamps:
+            threshold, border = np.float32(self._threshold), BORDER * pose.width_px
             count = gather_sources(out, luminance, threshold, 2 * self._step, border, work.top, work.sources)
         if sun is not None:
             work.sources[count] = sun
@@ -90,29 +95,30 @@ class Glare:
                 out, luminance, work.sources, count, strength, CORE_STEPS * self._step, self._step, work.nodes, work.line
             )  # fmt: skip
         if sun is not None:
-            radiance = light.sun_lx / (math.pi * SUN_RADIUS_RAD**2)
+            radiance = self._sun_lx / (math.pi * SUN_RADIUS_RAD**2)
             add_sun_disc(out, luminance, alpha, sun[0], sun[1], SUN_RADIUS_RAD * pose.focal_px, radiance)
 
-    def dazzled(self, pose: CameraPose, light: Light) -> bool:
+    def dazzled(self, pose: CameraPose) -> bool:
         """Whether there can be any glare: lamps, an own beam, or the sun before the lens."""
-        return bool(light.beam_on or light.lamp_lx.sum() > 0 or _sun_place(pose, light)[2] > 0)
+        return self._lamps or self._sun_place(pose)[2] > 0
 
-    def _sun(self, alpha: np.ndarray, pose: CameraPose, light: Light) -> np.ndarray | None:
+    def _sun(self, alpha: np.ndarray, pose: CameraPose) -> np.ndarray | None:
         """Column, row and light of the sun as a source, or None where it does not shine into the lens."""
-        column, row, share = _sun_place(pose, light)
+        column, row, share = self._sun_place(pose)
         if share > 0:
             share *= sky_share(alpha, column, row, SUN_RADIUS_RAD * pose.focal_px)
         if share <= 0:
             return None
-        return np.array([column, row, *(share * pose.focal_px**2 * light.sun_lx)])
+        return np.array([column, row, *(share * pose.focal_px**2 * self._sun_lx)])
 
-
-def _sun_place(pose: CameraPose, light: Light) -> tuple[float, float, float]:
-    """Column and row of the sun, and which share of its light the lens would catch, were nothing before it."""
-    direction = pose.rotation @ light.sun_direction
-    if light.sun_lx.sum() <= 0 or direction[2] <= 0.05:
-        return 0.0, 0.0, 0.0
-    column = pose.cx + pose.focal_px * direction[0] / direction[2]
-    row = pose.cy + pose.focal_px * direction[1] / direction[2]
-    outside = max(-column, column - pose.width_px, -row, row - pose.height_px, 0.0)
-    return column, row, max(0.0, 1.0 - outside / (OUTSIDE * pose.width_px))
+    def _sun_place(self, pose: CameraPose) -> tuple[float, float, float]:
+        """Column and row of the sun, and which share of its light the lens would catch, were nothing before it."""
+        if not self._sunny:
+            return 0.0, 0.0, 0.0
+        direction = pose.rotation @ self._sun_direction
+        if direction[2] <= 0.05:
+            return 0.0, 0.0, 0.0
+        column = pose.cx + pose.focal_px * direction[0] / direction[2]
+        row = pose.cy + pose.focal_px * direction[1] / direction[2]
+        outside = max(-column, column - pose.width_px, -row, row - pose.height_px, 0.0)
+        return column, row, max(0.0, 1.0 - outside / (OUTSIDE * pose.width_px))

@@ -126,7 +126,8 @@ class Renderer:
         free = free_heading or turned or not street.straight
         self._free = ground_tables(street, weather.snow_cover) if free else None
         self._light = light_of(weather)
-        self._sky.load(weather, street.seed)
+        self._sky.load(weather, self._light, street.seed)
+        self._glare.load(self._light)
         self._spray = Spray(weather, self._view.width_px)
         self._weather, self._street = weather, street
         self._constant = constant_environment(self._light, weather)
@@ -206,7 +207,7 @@ class Renderer:
             self._spray.add(colour, luminance, depth, snapshot, pose, light, head)
         if self._tunnel is not None:
             self._tunnel.enclose(colour, luminance, depth, ids, pose, light)
-        self._glare.add(out, luminance, self._canvas[0], pose, self._light)
+        self._glare.add(out, luminance, self._canvas[0], pose)
         frame = Frame(luminance, out, depth, ids, light.airlight)
         if luminance_only:
             frame = Frame(luminance, None, None, None, light.airlight)
@@ -233,7 +234,7 @@ class Renderer:
             or self._free is not None
         ):
             return False
-        return self._weather.wetness <= 0 and not self._glare.dazzled(pose, self._light)
+        return self._weather.wetness <= 0 and not self._glare.dazzled(pose)
 
     def layers(self, snapshot: Snapshot, layers: Sequence[Layer]) -> list[Seen]:
         """Render the luminance of layers of the scene, each alone.

@@ -52,9 +52,12 @@ class Sky:
         }
         self._work = np.zeros(columns, np.float32), np.zeros(camera.width_px, np.float32), np.zeros(2)
         self._texture: np.ndarray | None = None
+        self._white = np.ones(3)
 
-    def load(self, weather: Weather, seed: int) -> None:
-        """Take a weather's cloudiness; the clouds' shapes follow from ``seed``."""
+    def load(self, weather: Weather, light: Light, seed: int) -> None:
+        """Take a weather's cloudiness and the colour that its sun gives to clouds; their shapes follow from ``seed``."""
+        sun = float((light.sun_lx * LUMA).sum())
+        self._white = np.ones(3) if sun <= 0 else (1 - SUN_SHARE) + SUN_SHARE * light.sun_lx / sun
         self._texture = cloud_texture(weather.cloudiness, seed) if weather.cloudiness > 0 else None
         for nodes in self._nodes.values():
             nodes.light = None
@@ -65,11 +68,9 @@ class Sky:
         """Add them in place; see kernels.clouds."""
         if self._texture is None:
             return
-        sun = float((light.sun_lx * LUMA).sum())
-        white = np.ones(3) if sun <= 0 else (1 - SUN_SHARE) + SUN_SHARE * light.sun_lx / sun
         optics = (pose.focal_px, pose.cx, pose.cy)
         nodes = self._nodes[len(out)]
         nodes.turn(pose.rotation, light)
         add_clouds(
-            out, alpha, self._texture, white, pose.rotation, env, optics, self._step, nodes.values, nodes.known, self._work
+            out, alpha, self._texture, self._white, pose.rotation, env, optics, self._step, nodes.values, nodes.known, self._work
         )  # fmt: skip

@@ -80,7 +80,7 @@ def test_all_round_the_view_the_sky_is_as_bright_as_without_clouds() -> None:
             Weather(), width_px=96, height_px=64, pitch_deg=-20.0, horizontal_fov_deg=60.0
         )
         plain_camera.load(camera._street, weather)
-        plain_camera._sky.load(Weather(cloudiness=0.0), 0)
+        plain_camera._sky.load(Weather(cloudiness=0.0), light_of(Weather()), 0)
         plain = plain_camera.render(scene)
         sky = (plain.instance == StaticClass.SKY) & (plain.depth > 1e6)
         shares.append(with_clouds.luminance[sky].mean() / plain.luminance[sky].mean())
@@ -113,7 +113,7 @@ def test_nodes_follow_the_focal_length_and_the_sky_needs_no_clouds() -> None:
     camera = renderer(Weather())
     sky = Sky(camera.config)
     out = np.ones((1, 256, 450), np.float32)
-    sky.load(Weather(cloudiness=0.0), 1)
+    sky.load(Weather(cloudiness=0.0), light_of(Weather()), 1)
     sky.add_clouds(out, out[0], None, None, None)  # nothing is asked of them
     assert (out == 1.0).all()
     env = np.zeros(46)

@@ -25,7 +25,9 @@ def glared(weather, picture=None, alpha=0.0, channels=3):
     out = np.stack([luminance] * channels)
     cover = np.full((HEIGHT, WIDTH), alpha, np.float32)
     luminance = luminance.copy()
-    Glare(WIDTH, HEIGHT).add(out, luminance, cover, POSE, light_of(weather))
+    glare = Glare(WIDTH, HEIGHT)
+    glare.load(light_of(weather))
+    glare.add(out, luminance, cover, POSE)
     return out, luminance
 
 

@@ -83,7 +83,7 @@ def _add_row(line, step, first, last, free, plane):
         value = line[cell] + slope * (np.float32(first - cell * step) + np.float32(0.5))
         piece, share = plane[first:end], free[first:end]
         for i in range(piece.shape[0]):
-            piece[i] += share[i] * (value + slope * np.float32(i))
+            piece[i] += share[i] * (value + slope * np.float32(np.int32(i)))
         first = end
 
 

@@ -125,7 +125,7 @@ def _spread(sources, count, channels, strength, core, step, nodes):
                 offset = dy * dy + near
                 line = nodes[c, j]
                 for i in range(line.shape[0]):
-                    dx = np.float32(i) - x
+                    dx = np.float32(np.int32(i)) - x
                     line[i] += light / (dx * dx + offset)
 
 
@@ -140,7 +140,7 @@ def _add_row(low, high, part, step, line, plane):
         a, slope = line[cell], (line[cell + 1] - line[cell]) * scale
         piece = plane[first : min(plane.shape[0], first + step)]
         for i in range(piece.shape[0]):
-            piece[i] += a + slope * (np.float32(i) + np.float32(0.5))
+            piece[i] += a + slope * (np.float32(np.int32(i)) + np.float32(0.5))
         cell += 1
         first += step
 
