@@ -19,7 +19,7 @@ def weigh_bands(bands, weights, out):
     Args:
         bands: (S, 9) y range, r, g, b at the low end, at the high end, lines; see camera.profiles.
         weights: (P, 3).
-        out: (>= S, 3 + 2 P), filled: y range, lines, the P values at the low end, those at the high end.
+        out: (>= S, 3 + 2 P), filled: y range, lines, the P values at the low end, their rise to the high end.
     """
     p = weights.shape[0]
     for j in range(bands.shape[0]):
@@ -27,7 +27,8 @@ def weigh_bands(bands, weights, out):
         for k in range(p):
             w0, w1, w2 = weights[k, 0], weights[k, 1], weights[k, 2]
             out[j, 3 + k] = w0 * bands[j, 2] + w1 * bands[j, 3] + w2 * bands[j, 4]
-            out[j, 3 + p + k] = w0 * bands[j, 5] + w1 * bands[j, 6] + w2 * bands[j, 7]
+            high = w0 * bands[j, 5] + w1 * bands[j, 6] + w2 * bands[j, 7]
+            out[j, 3 + p + k] = high - out[j, 3 + k]
 
 
 @kernel
@@ -48,7 +49,7 @@ def _part(band, p, u0, inv_span, low, high, at, buf, first, marks):
     share = np.float32(high - low)
     t = np.float32((0.5 * (low + high) - u0) * inv_span)
     for k in range(p):
-        buf[first + k, at] += share * (band[3 + k] + t * (band[3 + p + k] - band[3 + k]))
+        buf[first + k, at] += share * (band[3 + k] + t * band[3 + p + k])
     marks[at] += share * band[2]
 
 
@@ -87,7 +88,7 @@ def fill_bands(bands, p, y0, dy, column, buf, first, marks):
         if i1 > i0:
             t = (i0 + 0.5 - u0) * inv_span
             for k in range(p):
-                rise = band[3 + p + k] - band[3 + k]
+                rise = band[3 + p + k]
                 _ramp(np.float32(band[3 + k] + t * rise), np.float32(rise * inv_span), buf[first + k, i0:i1])
             if band[2] > F0:
                 fill_row(band[2], marks[i0:i1])

@@ -177,15 +177,16 @@ def _passed(inverse_new, beta, passed):
 
 @kernel
 def _over_grey(new, inverse_new, passed, colour, air, alpha, nearest, plane):
+    # ``nearest`` is multiplied by ``alpha``, as radiance is: nothing has to be divided
     for i in range(alpha.shape[0]):
         a, v, old, kept_inverse = new[i], inverse_new[i], alpha[i], nearest[i]
-        nearer = v > kept_inverse
+        nearer = v * old > kept_inverse
         back = F1 - a if nearer else F1
         front = F1 if nearer else F1 - old
         share, kept = a * front, old * back
         t = passed[i]
         plane[i] = plane[i] * back + colour[i] * (front * t) + share * (F1 - t) * air
-        nearest[i] = (kept_inverse * kept + v * share) / max(kept + share, TINY)
+        nearest[i] = kept_inverse * back + v * share
         alpha[i] = kept + share
         new[i] = F0
         inverse_new[i] = F0
@@ -196,7 +197,7 @@ def _over_grey(new, inverse_new, passed, colour, air, alpha, nearest, plane):
 def _own(new, inverse_new, alpha, nearest, ident, weight, depth, ids):
     for i in range(alpha.shape[0]):
         a, v = new[i], inverse_new[i]
-        nearer = v > nearest[i]
+        nearer = v * alpha[i] > nearest[i]
         share = a if nearer else a * (F1 - alpha[i])
         held = weight[i] * (F1 - a) if nearer else weight[i]
         owns = share > held
@@ -210,7 +211,7 @@ def _over_colour(new, inverse_new, passed, red, green, blue, air, alpha, nearest
     air0, air1, air2 = air[0], air[1], air[2]
     for i in range(alpha.shape[0]):
         a, v, old, kept_inverse = new[i], inverse_new[i], alpha[i], nearest[i]
-        nearer = v > kept_inverse
+        nearer = v * old > kept_inverse
         back = F1 - a if nearer else F1
         front = F1 if nearer else F1 - old
         share, kept = a * front, old * back
@@ -219,7 +220,7 @@ def _over_colour(new, inverse_new, passed, red, green, blue, air, alpha, nearest
         plane0[i] = plane0[i] * back + red[i] * through + haze * air0
         plane1[i] = plane1[i] * back + green[i] * through + haze * air1
         plane2[i] = plane2[i] * back + blue[i] * through + haze * air2
-        nearest[i] = (kept_inverse * kept + v * share) / max(kept + share, TINY)
+        nearest[i] = kept_inverse * back + v * share
         alpha[i] = kept + share
         new[i] = F0
         inverse_new[i] = F0
@@ -240,7 +241,7 @@ def composite_row(scratch, row, a, b, beta, air, ident, frame, owners, buf):
         beta: Extinction per metre along the optical axis.
         air: (C,) airlight.
         ident: Instance id.
-        frame: (premultiplied radiance (C, H, W), coverage, inverse depth of what is visible, visible share of the pixel's owner,
+        frame: (premultiplied radiance (C, H, W), coverage, inverse depth of what is visible, multiplied by it, visible share of the pixel's owner,
             its inverse depth, its id).
         owners: Whether to keep track of each pixel's owner.
         buf: Work space; row 0 is overwritten.
