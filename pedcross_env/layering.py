@@ -35,6 +35,7 @@ PLANES_M = (19.0, 40.0)  # ahead of the camera: where layers part, at the least
 GRID_M = 5.0  # of the places along the street that planes keep while the camera comes nearer
 # What rendering a picture's layers costs, of the whole: nearer than the first plane, between them, beyond the second.
 COSTS = np.array([0.45, 0.33, 0.53])
+RENDER_COST = 0.1  # and what each render of a layer costs besides
 REACH_M = 1.0  # how far limbs of trees and furniture reach out of their layer
 MOST_STRIDE = 8  # so that few pictures of what is near wait for the next render of what is far
 YAW_RAD = 0.1  # of the camera, up to which planes across the street part what is near from what is far
@@ -88,7 +89,7 @@ def cadences(
         longest = min(instants, MOST_STRIDE)
         strides = [int(min(longest, max(1.0, instants * most_px / max(px, 1e-9)))) for px in motion]
         for kept in ((0,), (1,), (0, 1)):
-            parted = np.add.reduceat(COSTS, [0, *(k + 1 for k in kept)])
+            parted = RENDER_COST + np.add.reduceat(COSTS, [0, *(k + 1 for k in kept)])
             renders = np.array([instants, *(-(-instants // strides[k]) for k in kept)])
             ways.append((float(parted @ renders), [planes[k] for k in kept], [strides[k] for k in kept]))
     _, planes, strides = min(ways)
