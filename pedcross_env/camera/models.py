@@ -20,7 +20,7 @@ from pedcross_env.scenario.sizes import VEHICLE_SIZES, Size
 
 __all__ = [
     "DARK", "GLASS", "HEADLIGHT", "PAINT", "PLATE", "RIM", "TAIL", "TRIM", "TYRE", "Model", "ModelBuilder", "ModelTable",
-    "add_material", "material_table", "model_table", "model_index", "register_prop_model", "register_vehicle", "registered",
+    "add_material", "material_table", "model_table", "model_index", "register_prop_model", "register_vehicle", "registered", "ring",
 ]  # fmt: skip
 
 Point = tuple[float, float, float]
@@ -385,3 +385,9 @@ def model_table() -> ModelTable:
         as_int(corners), as_int(material), as_int(detail), np.array(planes), np.array([model.size for model in models]),
         np.array(middles), as_int(beyond),
     )  # fmt: skip
+
+
+def ring(x: float, low: float, mid: float, top: float, widths: tuple[float, float, float]) -> list[Point]:
+    """Cross-section of a body: half widths at its lower edge, its widest line and its upper edge."""
+    a, b, c = widths
+    return [(x, -a, low), (x, -b, mid), (x, -c, top), (x, c, top), (x, b, mid), (x, a, low)]

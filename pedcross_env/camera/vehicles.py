@@ -1,4 +1,4 @@
-"""The vehicles that ship: cars, van, bus, truck and two-wheelers, registered on import."""
+"""The vehicles that ship, registered on import; two-wheelers are modelled in camera.two_wheelers."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from pedcross_env.camera.models import (
     HEADLIGHT,
     PAINT,
     PLATE,
-    RIM,
     TAIL,
     TRIM,
-    TYRE,
     Model,
     ModelBuilder,
     Point,
     add_material,
     register_vehicle,
+    ring,
 )  # fmt: skip
+from pedcross_env.camera.two_wheelers import BLACK, STEEL, bicycle_model, motorcycle_model
 from pedcross_env.scenario.sizes import VEHICLE_SIZES
 
 __all__ = ["PAINTS"]
@@ -35,15 +35,7 @@ PAINTS = np.array(
 )  # fmt: skip
 """Colours of paint, about as often as they are seen: white, grey and black first."""
 
-STEEL = add_material(0.42, 0.43, 0.44, 0.6)
 CANVAS = add_material(0.50, 0.50, 0.49, 0.1)
-BLACK = add_material(0.025, 0.025, 0.027, 0.3)
-
-
-def _ring(x: float, low: float, mid: float, top: float, widths: tuple[float, float, float]) -> list[Point]:
-    """Cross-section of a body: half widths at its lower edge, its widest line and its upper edge."""
-    a, b, c = widths
-    return [(x, -a, low), (x, -b, mid), (x, -c, top), (x, c, top), (x, b, mid), (x, a, low)]
 
 
 def _arch(x: float, y: float, radius: float, low: float) -> list[Point]:
@@ -169,11 +161,11 @@ def _car(
     nose = belt - 0.17
     b.loft(
         [
-            _ring(-half, low + 0.16, 0.52, belt - 0.14, (0.74 * w, 0.80 * w, 0.70 * w)),
-            _ring(-half + 0.20, low, 0.56, belt - 0.02, (0.90 * w, 0.985 * w, 0.88 * w)),
-            _ring(half - hood, low, 0.58, belt, (0.92 * w, w, 0.90 * w)),
-            _ring(half - 0.34, low, 0.54, nose + 0.05, (0.90 * w, 0.975 * w, 0.82 * w)),
-            _ring(half, low + 0.10, 0.50, nose - 0.12, (0.66 * w, 0.74 * w, 0.62 * w)),
+            ring(-half, low + 0.16, 0.52, belt - 0.14, (0.74 * w, 0.80 * w, 0.70 * w)),
+            ring(-half + 0.20, low, 0.56, belt - 0.02, (0.90 * w, 0.985 * w, 0.88 * w)),
+            ring(half - hood, low, 0.58, belt, (0.92 * w, w, 0.90 * w)),
+            ring(half - 0.34, low, 0.54, nose + 0.05, (0.90 * w, 0.975 * w, 0.82 * w)),
+            ring(half, low + 0.10, 0.50, nose - 0.12, (0.66 * w, 0.74 * w, 0.62 * w)),
         ],
         PAINT,
     )
@@ -249,12 +241,12 @@ def _van(size: tuple[float, float, float]) -> Model:
     glass = 0.56 * height
     b.loft(
         [
-            _ring(-half, low, 0.9, height - 0.06, (0.94 * w, 0.97 * w, 0.84 * w)),
-            _ring(-half + 0.12, low, 0.9, height, (0.96 * w, w, 0.86 * w)),
-            _ring(half - 1.75, low, 0.9, height, (0.96 * w, w, 0.86 * w)),
-            _ring(half - 0.95, low, 0.85, glass + 0.02, (0.96 * w, w, 0.90 * w)),
-            _ring(half - 0.25, low, 0.80, glass - 0.22, (0.92 * w, 0.96 * w, 0.84 * w)),
-            _ring(half, low + 0.06, 0.70, glass - 0.48, (0.80 * w, 0.84 * w, 0.74 * w)),
+            ring(-half, low, 0.9, height - 0.06, (0.94 * w, 0.97 * w, 0.84 * w)),
+            ring(-half + 0.12, low, 0.9, height, (0.96 * w, w, 0.86 * w)),
+            ring(half - 1.75, low, 0.9, height, (0.96 * w, w, 0.86 * w)),
+            ring(half - 0.95, low, 0.85, glass + 0.02, (0.96 * w, w, 0.90 * w)),
+            ring(half - 0.25, low, 0.80, glass - 0.22, (0.92 * w, 0.96 * w, 0.84 * w)),
+            ring(half, low + 0.06, 0.70, glass - 0.48, (0.80 * w, 0.84 * w, 0.74 * w)),
         ],
         PAINT,
     )
@@ -287,10 +279,10 @@ def _bus(size: tuple[float, float, float]) -> Model:
     half, w, low = length / 2, width / 2, 0.30
     b.loft(
         [
-            _ring(-half, low, 1.0, height - 0.10, (0.95 * w, 0.97 * w, 0.86 * w)),
-            _ring(-half + 0.2, low, 1.0, height, (0.98 * w, w, 0.90 * w)),
-            _ring(half - 0.45, low, 1.0, height, (0.98 * w, w, 0.90 * w)),
-            _ring(half, low + 0.04, 1.0, height - 0.30, (0.90 * w, 0.92 * w, 0.84 * w)),
+            ring(-half, low, 1.0, height - 0.10, (0.95 * w, 0.97 * w, 0.86 * w)),
+            ring(-half + 0.2, low, 1.0, height, (0.98 * w, w, 0.90 * w)),
+            ring(half - 0.45, low, 1.0, height, (0.98 * w, w, 0.90 * w)),
+            ring(half, low + 0.04, 1.0, height - 0.30, (0.90 * w, 0.92 * w, 0.84 * w)),
         ],
         PAINT,
     )
@@ -341,9 +333,9 @@ def _truck(size: tuple[float, float, float]) -> Model:
     cab = height - 0.75
     b.loft(
         [
-            _ring(half - 1.85, 0.42, 1.0, cab, (0.93 * w, 0.95 * w, 0.84 * w)),
-            _ring(half - 0.50, 0.42, 1.0, cab - 0.05, (0.93 * w, 0.95 * w, 0.82 * w)),
-            _ring(half, 0.42, 1.0, 1.35, (0.88 * w, 0.90 * w, 0.86 * w)),
+            ring(half - 1.85, 0.42, 1.0, cab, (0.93 * w, 0.95 * w, 0.84 * w)),
+            ring(half - 0.50, 0.42, 1.0, cab - 0.05, (0.93 * w, 0.95 * w, 0.82 * w)),
+            ring(half, 0.42, 1.0, 1.35, (0.88 * w, 0.90 * w, 0.86 * w)),
         ],
         PAINT,
     )
@@ -361,100 +353,6 @@ def _truck(size: tuple[float, float, float]) -> Model:
     _square_front(b, half, 0.9 * w, 0.66)
     b.wheel(half - 1.05, 0.45, 0.96 * w, 0.28)
     b.wheel(-half + 1.3, 0.45, 0.98 * w, 0.45)
-    return b.build(*size)
-
-
-def _hoop(b: ModelBuilder, x: float, radius: float, rim: float, half_width: float) -> None:
-    """Add a wheel one can look through: a ring of eight bars."""
-    for k in range(8):
-        a0, a1 = (2 * math.pi * (k + d) / 8 for d in (0.0, 1.0))
-        rings = []
-        for y in (-half_width, half_width):
-            rings.append([(x + r * math.cos(a), y, radius + r * math.sin(a))
-                          for r, a in ((radius, a0), (radius, a1), (radius - rim, a1), (radius - rim, a0))])  # fmt: skip
-        b.loft(rings, TYRE)
-
-
-def _bar(b: ModelBuilder, start: Point, end: Point, thick: float, material: int) -> None:
-    """Add a bar of square section; it does not stand upright along y."""
-    along = np.subtract(end, start)
-    side = (
-        np.cross(along, [0.0, 1.0, 0.0])
-        if abs(along[0]) + abs(along[2]) > 1e-6
-        else np.array([1.0, 0.0, 0.0])
-    )
-    side = 0.5 * thick * side / np.sqrt((side**2).sum())
-    other = np.cross(along, side)
-    other = 0.5 * thick * other / np.sqrt((other**2).sum())
-    rings = [
-        [
-            tuple(np.add(p, sign_a * side + sign_b * other))
-            for sign_a, sign_b in ((1, 1), (1, -1), (-1, -1), (-1, 1))
-        ]
-        for p in (start, end)
-    ]
-    b.loft(rings, material)
-
-
-def _bicycle(size: tuple[float, float, float]) -> Model:
-    b = ModelBuilder()
-    for x in (-0.53, 0.53):
-        _hoop(b, x, 0.34, 0.045, 0.02)
-    seat, crank, head = (-0.20, 0.0, 0.86), (-0.08, 0.0, 0.30), (0.36, 0.0, 0.82)
-    for start, end in ((seat, crank), (crank, head), ((-0.18, 0.0, 0.76), head), (crank, (-0.53, 0.0, 0.34)), ((-0.18, 0.0, 0.76), (-0.53, 0.0, 0.34)),
-                       (head, (0.53, 0.0, 0.34))):  # fmt: skip
-        _bar(b, start, end, 0.035, PAINT)
-    _bar(b, head, (0.33, 0.0, 1.02), 0.03, STEEL)
-    _bar(b, (0.33, -0.29, 1.03), (0.33, 0.29, 1.03), 0.03, BLACK)
-    b.box((-0.34, -0.08), (-0.07, 0.07), (0.87, 0.93), BLACK)
-    b.box((-0.72, -0.70), (-0.04, 0.04), (0.62, 0.68), TAIL)
-    return b.build(*size)
-
-
-def _motorcycle(size: tuple[float, float, float]) -> Model:
-    b = ModelBuilder()
-    for x in (-0.68, 0.70):
-        b.loft(
-            [
-                [(x + 0.30 * math.cos(a), y, 0.30 + 0.30 * math.sin(a)) for a in np.arange(12) * np.pi / 6]
-                for y in (-0.07, 0.07)
-            ],
-            TYRE,
-        )
-        for side in (-0.07, 0.07):
-            b.disc(x, side, 0.30, 0.19, RIM)
-    b.loft(
-        [
-            _ring(-0.30, 0.30, 0.45, 0.72, (0.12, 0.16, 0.10)),
-            _ring(0.35, 0.32, 0.50, 0.86, (0.12, 0.17, 0.10)),
-        ],
-        BLACK,
-    )
-    b.loft(
-        [
-            _ring(-0.15, 0.70, 0.80, 0.92, (0.10, 0.16, 0.10)),
-            _ring(0.40, 0.74, 0.86, 1.00, (0.10, 0.15, 0.08)),
-        ],
-        PAINT,
-    )
-    b.loft(
-        [
-            _ring(-0.95, 0.78, 0.82, 0.88, (0.05, 0.07, 0.05)),
-            _ring(-0.12, 0.74, 0.80, 0.84, (0.12, 0.15, 0.12)),
-        ],
-        BLACK,
-    )
-    b.paint([(-0.952, -0.06, 0.79), (-0.952, 0.06, 0.79), (-0.952, 0.06, 0.86), (-0.952, -0.06, 0.86)], TAIL)
-    _bar(b, (0.42, 0.0, 0.95), (0.70, 0.0, 0.30), 0.10, STEEL)
-    b.loft(
-        [
-            _ring(0.45, 0.85, 0.98, 1.12, (0.09, 0.14, 0.08)),
-            _ring(0.62, 0.86, 0.95, 1.00, (0.07, 0.11, 0.06)),
-        ],
-        PAINT,
-    )
-    b.paint([(0.622, -0.07, 0.88), (0.622, 0.07, 0.88), (0.622, 0.06, 0.99), (0.622, -0.06, 0.99)], HEADLIGHT)
-    _bar(b, (0.40, -0.36, 1.06), (0.40, 0.36, 1.06), 0.04, BLACK)
     return b.build(*size)
 
 
@@ -483,7 +381,7 @@ register_vehicle(
 register_vehicle("van", _van(VEHICLE_SIZES["van"]))
 register_vehicle("bus", _bus(VEHICLE_SIZES["bus"]))
 register_vehicle("truck", _truck(VEHICLE_SIZES["truck"]))
-register_vehicle("motorcycle", _motorcycle(VEHICLE_SIZES["motorcycle"]))
-register_vehicle("bicycle", _bicycle(VEHICLE_SIZES["bicycle"]))
-register_vehicle("cyclist", _bicycle(VEHICLE_SIZES["cyclist"]))  # who rides it is drawn by camera.riders
+register_vehicle("motorcycle", motorcycle_model(VEHICLE_SIZES["motorcycle"]))
+register_vehicle("bicycle", bicycle_model(VEHICLE_SIZES["bicycle"]))
+register_vehicle("cyclist", bicycle_model(VEHICLE_SIZES["cyclist"]))  # who rides it is drawn by camera.riders
 register_vehicle("car_door", _door(VEHICLE_SIZES["car_door"]))
