@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import entry, inlined, kernel
+from pedcross_env.camera.kernels.jit import exact_entry, exact_kernel, inlined
 from pedcross_env.sensors._dvs_maths import TILE, add_count, exp_in_place, pack
 
 __all__ = ["BLOCK", "HOT", "LEAK", "SHOT", "SIGNAL", "advance", "follow", "queue"]
@@ -19,7 +19,7 @@ _ZERO, _ONE, _HALF = np.float32(0), np.float32(1), np.float32(0.5)
 _SMALL = np.float32(0.05)  # below this the series is closer than the difference
 
 
-@entry
+@exact_entry
 def follow(before, after, followed, angle, ln_half, out, work, ints):
     """Low-pass a movie whose values run straight between frames: the photoreceptor, exactly at any frame rate.
 
@@ -49,7 +49,7 @@ def follow(before, after, followed, angle, ln_half, out, work, ints):
             y1[i] = x1[i] - (x1[i] - x0[i]) * share + (y0[i] - x0[i]) * y1[i]
 
 
-@kernel
+@exact_kernel
 def _settle(end, reference, on_step, off_step, leak_per_s, dt_s, out_reference, fired):
     """Count the thresholds between each pixel and its reference, move that by them; whether there are any."""
     some = np.int32(0)
@@ -64,14 +64,14 @@ def _settle(end, reference, on_step, off_step, leak_per_s, dt_s, out_reference, 
     return some != 0
 
 
-@kernel
+@exact_kernel
 def _drifted(drift, fired, leak_per_s, dt_s, out_drift):
     """Add up what leaked since each pixel's last event."""
     for i in range(drift.size):
         out_drift[i] = drift[i] + leak_per_s[i] * dt_s if fired[i] == 0 else _ZERO
 
 
-@kernel
+@exact_kernel
 def _aim(previous, frame, reference, on_step, off_step, leak_per_s, fired, dt, first, gap):
     """When each pixel meets its next threshold, in ns from the start, and how long it takes to the ones after it."""
     dt_s = np.float32(dt / _NS)
@@ -85,7 +85,7 @@ def _aim(previous, frame, reference, on_step, off_step, leak_per_s, fired, dt, f
         first[i] = (step - (start - np.float64(reference[i]))) * pace
 
 
-@kernel
+@exact_kernel
 def _held(last_event_s, t0_s, refractory_s, slow):
     """Mark pixels that are still in their refractory period; whether there are any."""
     some = np.uint8(0)
@@ -96,7 +96,7 @@ def _held(last_event_s, t0_s, refractory_s, slow):
     return some > 0
 
 
-@kernel
+@exact_kernel
 def _tally(chosen, fired, counts, top):
     """Add the crossings of chosen pixels to counts (n, 2), which stop at ``top``; return how many there are."""
     found = 0
@@ -117,7 +117,7 @@ def _emit(found, t_ns, index, on, source, counts, keys, bits):
     return found + 1
 
 
-@kernel
+@exact_kernel
 def _held_after(i, first, gap, dt, start, change, leak, refractory_at, outs, source, on, found, sink):
     """Write the events of a pixel that fires, is held, starts anew from what it then sees, fires again, and so on.
 
@@ -143,7 +143,7 @@ def _held_after(i, first, gap, dt, start, change, leak, refractory_at, outs, sou
     return found
 
 
-@kernel
+@exact_kernel
 def _live(i, images, levels, drifts, last_event_s, outs, interval, noise, place, counts, keys, bits, found):
     """Follow one pixel through noise events and refractory periods.
 
@@ -215,7 +215,7 @@ def _source(on, leaked, drift, on_step):
     return LEAK if on and leaked > _ZERO and drift + leaked >= _HALF * on_step else SIGNAL
 
 
-@kernel
+@exact_kernel
 def _fire(begin, chosen, fired, first, gap, marks, dt, keys, bits, found):
     """Write the events of a tile's chosen pixels, BLOCK of each at a time: what is too much, the next overwrites."""
     leak, dt_s, on_step, drifts = marks
@@ -241,7 +241,7 @@ def _fire(begin, chosen, fired, first, gap, marks, dt, keys, bits, found):
     return found
 
 
-@kernel
+@exact_kernel
 def _mark_slow(begin, n, place, noise_pixel, last_event_s, t0_s, refractory_s, slow):
     """Mark the pixels of a tile to be followed: those with noise, and those still held; whether there are any."""
     for i in range(n):
@@ -256,7 +256,7 @@ def _mark_slow(begin, n, place, noise_pixel, last_event_s, t0_s, refractory_s, s
     return any_slow
 
 
-@entry
+@exact_entry
 def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts, keys, bits, work):
     """Move every pixel to the next frame; return how many events there are.
 
@@ -351,7 +351,7 @@ def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts,
     return found
 
 
-@entry
+@exact_entry
 def queue(keys, bits, gap_ns, free_ns, longest_ns):
     """Send sorted events over a bus, one in ``gap_ns``; what would wait longer than ``longest_ns`` is lost.
 

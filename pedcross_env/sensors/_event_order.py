@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import entry
+from pedcross_env.camera.kernels.jit import exact_entry
 
 __all__ = ["in_order"]
 
@@ -36,7 +36,7 @@ def in_order(keys: np.ndarray) -> np.ndarray:
     return keys
 
 
-@entry
+@exact_entry
 def _count(keys: np.ndarray, counts: np.ndarray) -> np.uint32:
     """Add up how many keys each row gets, ``counts`` being zeros; return the largest number."""
     for k in range(keys.size):
@@ -47,7 +47,7 @@ def _count(keys: np.ndarray, counts: np.ndarray) -> np.uint32:
     return most
 
 
-@entry
+@exact_entry
 def _deal(keys: np.ndarray, counts: np.ndarray, halves: np.ndarray) -> None:
     """Write each key's lower half into its row, and after a row's ``counts`` what sorts last."""
     room, places = np.uint64(halves.shape[1]), halves.reshape(halves.size)
@@ -66,7 +66,7 @@ def _deal(keys: np.ndarray, counts: np.ndarray, halves: np.ndarray) -> None:
         counts[row] -= np.uint32(begin)
 
 
-@entry
+@exact_entry
 def _collect(halves: np.ndarray, counts: np.ndarray, keys: np.ndarray) -> None:
     """Join the rows' halves to keys again."""
     found = np.uint64(0)

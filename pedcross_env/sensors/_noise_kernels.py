@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import entry, inlined
+from pedcross_env.camera.kernels.jit import exact_entry, inlined
 from pedcross_env.hashing import combine, unit
 from pedcross_env.sensors._dvs_kernels import HOT, SHOT
 
@@ -29,7 +29,7 @@ def _insert(pixels, times, codes, found, first, t, index, on, source):
         pixels[k], times[k], codes[k] = index, t, np.uint8(source) | (np.uint8(on) << np.uint8(2))
 
 
-@entry
+@exact_entry
 def draw_noise(log_frame, levels, nominal, shot, hot, dt_ns, key, pixels, times, codes):
     """Draw shot noise and the events of hot pixels in an interval; return how many (more than fit are not kept).
 

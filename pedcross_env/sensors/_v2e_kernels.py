@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import entry, kernel
+from pedcross_env.camera.kernels.jit import exact_entry, exact_kernel
 from pedcross_env.hashing import combine, unit
 from pedcross_env.sensors._dvs_kernels import LEAK, SHOT, SIGNAL
 from pedcross_env.sensors._dvs_maths import add_count, pack
@@ -21,7 +21,7 @@ _SLOPE = math.log(_KNEE) / _KNEE
 _NS = 1e9
 
 
-@entry
+@exact_entry
 def intensity(log_frame, out):
     """v2e's intensity (DN + 20) / 275 from its lin-log values."""
     for i in range(log_frame.size):
@@ -30,7 +30,7 @@ def intensity(log_frame, out):
         out[i] = np.float32((min(255.0, max(0.0, grey)) + 20.0) / 275.0)
 
 
-@entry
+@exact_entry
 def follow(log_frame, followed, light, angle, out):
     """Low-pass by eps = min(1, light angle), angle = 2 pi f dt."""
     for i in range(log_frame.size):
@@ -38,7 +38,7 @@ def follow(log_frame, followed, light, angle, out):
         out[i] = (np.float32(1) - eps) * followed[i] + eps * log_frame[i]
 
 
-@entry
+@exact_entry
 def mark_shots(light, on_steps, off_steps, nominal, expected, key, marks):
     """Mark pixels with a shot noise event: 1 OFF, 2 ON, each with p = expected (1 - .75 light) nominal / threshold.
 
@@ -69,12 +69,12 @@ def mark_shots(light, on_steps, off_steps, nominal, expected, key, marks):
         drawn += np.uint64(2)
 
 
-@kernel
+@exact_kernel
 def _crossings(away, on_step, off_step):
     return np.int64(np.float64(away) / (np.float64(on_step) if away >= 0 else np.float64(off_step)))
 
 
-@entry
+@exact_entry
 def advance(frame, reference, levels, drifts, last_event_s, outs, interval, marks, counts, keys, bits):
     """Count thresholds from reference to frame, give them times, add shot noise; return how many events there are."""
     on_steps, off_steps, leak_per_s = levels

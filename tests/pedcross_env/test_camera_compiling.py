@@ -10,7 +10,7 @@ from numba import njit
 from numba.core.compiler import Flags
 
 from pedcross_env.camera.kernels import compiling
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import entry, exact_kernel, kernel
 
 
 def _row_sum(row):
@@ -32,7 +32,7 @@ def _filled(values):
     return out
 
 
-_sum = kernel(_row_sum)
+_sum = exact_kernel(_row_sum)
 
 
 def _entry(function):
@@ -87,3 +87,50 @@ def test_settings_are_equal_if_what_was_set_is():
     assert hash(quick[0]) == hash(quick[1])
     assert quick[0] != quick[2]
     assert quick[0].copy() == quick[0]
+
+
+def _doubled(values):
+    for i in range(values.shape[0]):
+        values[i] *= 2.0
+
+
+def test_what_is_cached_goes_stale_with_any_kernel(monkeypatch):
+    """A kernel that changes is compiled into others, whose own files stay as they are."""
+
+    def cached() -> bool:
+        dispatcher = entry(_doubled)
+        dispatcher(np.ones(3))
+        return sum(dispatcher.stats.cache_hits.values()) == 1
+
+    cached()
+    assert cached()
+    monkeypatch.setattr(compiling, "_kernels_digest", lambda: "other sources")
+    assert not cached()
+    assert cached()
+
+
+def _square_and_add(a, b, out):
+    out[0] = a * a + b
+
+
+def test_products_are_fused_into_sums_in_kernels_and_not_in_exact_ones():
+    a, b = 1.0 + 2.0**-30, -1.0 - 2.0**-29
+    found = {}
+    for decorate in (kernel, exact_kernel):
+        out = np.empty(1)
+        njit(error_model="numpy", pipeline_class=compiling.EntryCompiler)(
+            _calling(decorate(_square_and_add))
+        )(a, b, out)
+        found[decorate] = out[0]
+    assert found[exact_kernel] == 0.0  # a squared, rounded, is 1 + 2**-29
+    assert found[kernel] in (
+        0.0,
+        2.0**-60,
+    )  # with fused operations, where the processor has them, it is exact
+
+
+def _calling(inner):
+    def call(a, b, out):
+        inner(a, b, out)
+
+    return call

@@ -1,22 +1,26 @@
 """numba's compiler without work that kernels do not need: a first start without a cache takes two thirds of the time.
 
-The code that comes out is numba's own; only what is done twice or thrown away is left out.
+The code that comes out is numba's own; only what is done twice or thrown away is left out. And its cache, told what else a cached
+function depends on.
 """
 
 from __future__ import annotations
 
 import gc
+import hashlib
 import logging
 from collections.abc import Callable
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
 
+import pedcross_env
 from pedcross_env.warmup import COMPILING
 
-__all__ = ["EntryCompiler", "KernelCompiler"]
+__all__ = ["EntryCompiler", "KernelCompiler", "follow_all_kernels"]
 
 _LARGE_FRAME_WORDS = 1 << 16
 _FULL_COLLECTION_EVERY = 50
@@ -26,6 +30,27 @@ _FULL_COLLECTION_EVERY = 50
 def _announce() -> None:
     """Log once per process why the first picture takes its time."""
     logging.getLogger("pedcross_env").warning(COMPILING)
+
+
+@lru_cache(maxsize=1)
+def _kernels_digest() -> str:
+    """Digest of all sources that hold kernels."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(pedcross_env.__file__).parent.rglob("*.py")):
+        content = path.read_bytes()
+        if b"njit" in content or b"kernels.jit" in content:
+            digest.update(content)
+    return digest.hexdigest()
+
+
+def follow_all_kernels(dispatcher: Any) -> Any:
+    """Let what is cached of a function go stale when any kernel changes, and return the function.
+
+    What a function calls is compiled into it, but numba looks at the function's own file alone.
+    """
+    index = dispatcher._cache._cache_file
+    index._source_stamp = (index._source_stamp, _kernels_digest())
+    return dispatcher
 
 
 class _Flags(Flags):

@@ -1,5 +1,6 @@
-"""How kernels are compiled: without fast-math, with IEEE division (a check for zero would keep loops from vectorising), and
-without reference counts.
+"""How kernels are compiled: without fast-math but for products fused into sums (one rounding, not two: a twentieth of a frame),
+with IEEE division (a check for zero would keep loops from vectorising), and without reference counts. ``exact`` kernels follow
+somebody's rule bit for bit and fuse nothing.
 
 A kernel only works in arrays it is given. Telling numba so (``_nrt=False``) makes row slices free; counted, they cost a fifth
 of a frame.
@@ -17,9 +18,9 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from pedcross_env.camera.kernels.compiling import EntryCompiler, KernelCompiler
+from pedcross_env.camera.kernels.compiling import EntryCompiler, KernelCompiler, follow_all_kernels
 
-__all__ = ["BOOL", "INT", "LANES", "allocating", "entry", "inlined", "kernel"]
+__all__ = ["BOOL", "INT", "LANES", "allocating", "entry", "exact_entry", "exact_kernel", "inlined", "kernel"]
 
 INT = np.int64
 """Makes an integer of one type of a literal."""
@@ -30,22 +31,50 @@ LANES = 8
 worked on in whole vectors where what lies beside them does not matter."""
 
 
+_FUSED = {"contract"}
+
+
 def entry(function: Callable[..., Any]) -> Any:
     """Compile a function that allocates nothing and that Python may call; cached."""
-    return njit(cache=True, fastmath=False, error_model="numpy", _nrt=False, pipeline_class=EntryCompiler)(
-        function
-    )
+    return _entry(function, _FUSED)
+
+
+def exact_entry(function: Callable[..., Any]) -> Any:
+    """Compile like ``entry``, every product and sum rounded as written."""
+    return _entry(function, False)
 
 
 def allocating(function: Callable[..., Any]) -> Any:
     """Compile a function that allocates, for Python and for other functions that do; cached."""
-    return njit(cache=True, fastmath=False, error_model="numpy", pipeline_class=EntryCompiler)(function)
+    return _entry(function, _FUSED, allocates=True)
 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function that allocates nothing into the entries that call it; a call from Python is a TypeError."""
+    return _kernel(function, _FUSED)
+
+
+def exact_kernel(function: Callable[..., Any]) -> Any:
+    """Compile like ``kernel``, every product and sum rounded as written."""
+    return _kernel(function, False)
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """Compile a small function into each of its callers' loops, by their rules."""
+    return njit(error_model="numpy", inline="always")(function)
+
+
+def _entry(function: Callable[..., Any], fused: Any, *, allocates: bool = False) -> Any:
+    more = {} if allocates else {"_nrt": False}
+    dispatcher = njit(cache=True, fastmath=fused, error_model="numpy", pipeline_class=EntryCompiler, **more)(
+        function
+    )
+    return follow_all_kernels(dispatcher)
+
+
+def _kernel(function: Callable[..., Any], fused: Any) -> Any:
     dispatcher = njit(
-        fastmath=False, error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=KernelCompiler,
+        fastmath=fused, error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=KernelCompiler,
     )(function)  # fmt: skip
 
     def refuse(*args: Any, **kwargs: Any) -> None:
@@ -58,8 +87,3 @@ def kernel(function: Callable[..., Any]) -> Any:
     dispatcher._insert = lambda *args, **kwargs: None
     dispatcher._compile_for_args = refuse
     return dispatcher
-
-
-def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a small function into each of its callers' loops."""
-    return njit(fastmath=False, error_model="numpy", inline="always")(function)
