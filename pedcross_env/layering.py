@@ -42,9 +42,7 @@ YAW_RAD = 0.1  # of the camera, up to which planes across the street part what i
 LIMBS = 2.0  # legs and arms swing up to so many times as fast, against the body, as the body walks
 CARRIED_M = {ActorKind.VEHICLE: 0.3, ActorKind.PEDESTRIAN: 1.2}  # mirrors; bags, umbrellas, strollers
 SOONER = 1.1  # what actors' corners move over a whole step is not all that they move in its last part
-ROWS = (
-    4  # the rows that layers reach down to are multiples of this, so that they last while the camera pitches
-)
+ROWS = 4  # layers reach down to multiples of this: so they last while the camera pitches
 
 # Corners of a box: eight, then the tips of the upper ones' shadows.
 _ALONG = 0.5 * np.array([-1, 1, 1, -1] * 3)

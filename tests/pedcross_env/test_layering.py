@@ -177,6 +177,31 @@ def test_events_of_layers_are_nearly_those_of_the_whole_scene() -> None:
     assert np.abs(signed[True] - signed[False]).sum() < 0.1 * np.abs(signed[False]).sum()
 
 
+def test_a_kept_moment_goes_on_bit_for_bit_with_layers() -> None:
+    """What is far is taken over from step to step; who comes back to a moment renders it again."""
+    env = CrossingEnv({"modalities": ("dvs",), "weather": ("clear",), "dvs": {"max_subframes": None}})
+    env.reset(seed=1)
+    for _ in range(3):
+        env.step(HOLD)
+    kept = env.save_state()
+
+    def go_on(played: CrossingEnv) -> list[bytes]:
+        found = []
+        for _ in range(8):
+            observation, *_, info = played.step(HOLD)
+            assert info["renders"] > info["subframes"]
+            found.append(observation["dvs"].tobytes())
+        return found
+
+    first = go_on(env)
+    env.load_state(kept)
+    assert go_on(env) == first
+    other = CrossingEnv({"modalities": ("dvs",), "weather": ("clear",), "dvs": {"max_subframes": None}})
+    other.reset(seed=5)
+    other.load_state(kept)
+    assert go_on(other) == first
+
+
 def test_labels_and_rain_see_the_whole_scene() -> None:
     for more in (
         {"weather": ("rain",)},
