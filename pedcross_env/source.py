@@ -11,11 +11,12 @@ __all__ = ["source_digest"]
 
 
 @lru_cache
-def source_digest(*packages: str) -> str:
+def source_digest(*packages: str, holding: tuple[bytes, ...] = (b"",)) -> str:
     """Return 16 hex digits of the Python source of packages, found but not imported.
 
     Args:
         packages: Names of top level packages; none: the simulator, ``pedcross_env``.
+        holding: Only files that hold one of these count.
     """
     digest = hashlib.sha256()
     for package in packages or ("pedcross_env",):
@@ -25,6 +26,8 @@ def source_digest(*packages: str) -> str:
         folder = Path(spec.submodule_search_locations[0])
         for path in sorted(folder.rglob("*.py")):
             content = path.read_bytes()
+            if not any(part in content for part in holding):
+                continue
             digest.update(f"{package}/{path.relative_to(folder).as_posix()} {len(content)}\n".encode())
             digest.update(content)
     return digest.hexdigest()[:16]

@@ -104,7 +104,7 @@ def test_what_is_cached_goes_stale_with_any_kernel(monkeypatch):
 
     cached()
     assert cached()
-    monkeypatch.setattr(compiling, "_kernels_digest", lambda: "other sources")
+    monkeypatch.setattr(compiling, "source_digest", lambda holding: "other sources")
     assert not cached()
     assert cached()
 

@@ -27,6 +27,10 @@ def test_a_changed_line_changes_the_digest_and_other_files_do_not(tmp_path, monk
     moved = digest()
     (package / "code.py").write_text("A = 1")
     assert len({first, moved, digest()}) == 3
+    kernels = source_digest("some_package", holding=(b"A = ",))
+    (package / "__init__.py").write_text("raise RuntimeError('imported again')")
+    source_digest.cache_clear()
+    assert source_digest("some_package", holding=(b"A = ",)) == kernels
     assert "some_package" not in sys.modules
 
 

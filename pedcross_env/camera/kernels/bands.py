@@ -34,7 +34,7 @@ def weigh_bands(bands, weights, out):
 @kernel
 def _ramp(value, slope, out):
     for i in range(out.shape[0]):
-        out[i] = value + slope * np.float32(np.int32(i))
+        out[i] = value + slope * np.float32(np.int32(i))  # 32 bits become floats in vectors, 64 do not
 
 
 @kernel

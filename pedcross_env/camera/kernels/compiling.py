@@ -7,23 +7,22 @@ function depends on.
 from __future__ import annotations
 
 import gc
-import hashlib
 import logging
 from collections.abc import Callable
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
 
-import pedcross_env
+from pedcross_env.source import source_digest
 from pedcross_env.warmup import COMPILING
 
 __all__ = ["EntryCompiler", "KernelCompiler", "follow_all_kernels"]
 
 _LARGE_FRAME_WORDS = 1 << 16
 _FULL_COLLECTION_EVERY = 50
+_KERNELS = (b"njit", b"kernels.jit")  # what files with kernels hold
 
 
 @lru_cache(maxsize=1)
@@ -32,24 +31,13 @@ def _announce() -> None:
     logging.getLogger("pedcross_env").warning(COMPILING)
 
 
-@lru_cache(maxsize=1)
-def _kernels_digest() -> str:
-    """Digest of all sources that hold kernels."""
-    digest = hashlib.sha256()
-    for path in sorted(Path(pedcross_env.__file__).parent.rglob("*.py")):
-        content = path.read_bytes()
-        if b"njit" in content or b"kernels.jit" in content:
-            digest.update(content)
-    return digest.hexdigest()
-
-
 def follow_all_kernels(dispatcher: Any) -> Any:
     """Let what is cached of a function go stale when any kernel changes, and return the function.
 
     What a function calls is compiled into it, but numba looks at the function's own file alone.
     """
     index = dispatcher._cache._cache_file
-    index._source_stamp = (index._source_stamp, _kernels_digest())
+    index._source_stamp = (index._source_stamp, source_digest(holding=_KERNELS))
     return dispatcher
 
 
