@@ -85,7 +85,7 @@ class Renderer:
         self._xs = np.arange(w, dtype=np.float32) + np.float32(0.5)
         self._buf = np.zeros((24, w + 2048), np.float32)
         self._scratch = {
-            c: (np.zeros((c, h, w), np.float32), np.zeros((h, w), np.float32), np.zeros((h, w), np.float32))
+            c: (np.zeros(c * h * w, np.float32), np.zeros(h * w, np.float32), np.zeros(h * w, np.float32))
             for c in (1, 3)
         }
         # what objects cover, the nearest of them, and who owns how much of a pixel
@@ -197,7 +197,8 @@ class Renderer:
         # A wet road mirrors and a tunnel hides by depth; the general ground kernel always fills it.
         by_depth = self._weather.wetness > 0 or self._tunnel is not None or self._free is not None
         owners = by_depth or not luminance_only
-        depth, ids = (np.zeros(shape, np.float32), np.zeros(shape, np.int32)) if owners else self._nobody
+        # every pixel gets an owner: an object, the ground or the sky
+        depth, ids = (np.empty(shape, np.float32), np.empty(shape, np.int32)) if owners else self._nobody
         self._draw(moment, WHOLE, out, depth, ids, owners)
         self._mirror_in_road(pose, out, depth, ids, light)
         luminance, colour = (out[0], out[:0]) if luminance_only else (np.empty(shape, np.float32), out)
@@ -285,8 +286,8 @@ class Renderer:
             moment: What is seen.
             layer: Which part of it.
             out: (C, h, W) zeros: radiance or luminance of the picture's upper rows.
-            depth: (h, W) zeros: 1 / m, if ``owners``.
-            ids: (h, W) zeros, if ``owners``.
+            depth: (h, W), filled with 1 / m if ``owners``.
+            ids: (h, W), filled if ``owners``.
             owners: Whether to fill depth and ids.
         """
         assert self._scenery is not None
@@ -294,14 +295,12 @@ class Renderer:
         scenery, (channels, height, width) = self._scenery, out.shape
         size, optics, xs = (height, width), (pose.focal_px, pose.cx, pose.cy), self._xs
         alpha, nearest, weight = (_part(plane, size) for plane in self._canvas)
-        colours, cover, inverse = self._scratch[channels]
-        scratch = (_part(colours, out.shape), _part(cover, size), _part(inverse, size))
         if owners:
             weight.fill(0)
         draw_scene(
             in_layer(cast, layer), *cast[1:],
             self._vehicles, self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
-            pose.rotation, pose.origin, env, lamps, beams, self._table, optics, xs, size, scratch, (out, alpha, nearest, weight, depth, ids),
+            pose.rotation, pose.origin, env, lamps, beams, self._table, optics, xs, size, self._scratch[channels], (out, alpha, nearest, weight, depth, ids),
             owners, (sunlit, self._shade.groups, self._shade.panels), (*layer.start, *layer.end), self._buf,
         )  # fmt: skip
         rest = (out, alpha, weight, depth, ids)
@@ -369,7 +368,7 @@ class Renderer:
             *self._actors.of(actor),
             self._vehicles, self._materials, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame, self._crowns),
             pose.rotation, pose.origin, environment(self._constant, pose, snapshot.ego, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
-            self._table, (pose.focal_px, pose.cx - u0, pose.cy - v0), xs, shape, (light, cover, inverse),
+            self._table, (pose.focal_px, pose.cx - u0, pose.cy - v0), xs, shape, (light.ravel(), cover.ravel(), inverse.ravel()),
             (out, alpha, nearest, weight, depth, ids), True, (np.ones(1), np.ones(0), np.ones(0)), (*WHOLE.start, *WHOLE.end), self._buf,
         )  # fmt: skip
         mask = alpha >= 0.5

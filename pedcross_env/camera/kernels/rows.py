@@ -230,14 +230,15 @@ def _over_colour(new, inverse_new, passed, red, green, blue, air, alpha, nearest
 
 
 @inlined
-def composite_row(scratch, row, a, b, beta, air, ident, frame, owners, buf):
+def composite_row(scratch, row, a, b, window, beta, air, ident, frame, owners, buf):
     """Put an object's row onto the frame, fog applied, over what is nearer and under what is farther; clear it.
 
     Args:
-        scratch: The object's (premultiplied radiance (C, H, W), coverage, inverse depth); zeroed between a and b.
-        row: Image row.
-        a: First column.
-        b: Column beyond the last.
+        scratch: The object's (premultiplied radiance (C, h, w), coverage, inverse depth) in a window; zeroed between a and b.
+        row: Of the window.
+        a: First column of the window.
+        b: Its column beyond the last.
+        window: Where the window begins in the frame: row, column and more.
         beta: Extinction per metre along the optical axis.
         air: (C,) airlight.
         ident: Instance id.
@@ -249,27 +250,23 @@ def composite_row(scratch, row, a, b, beta, air, ident, frame, owners, buf):
     planes, alphas_new, inverses_new = scratch
     out, alphas, nearests, weights, depths, ids = frame
     new, inverse_new = alphas_new[row, a:b], inverses_new[row, a:b]
-    alpha, nearest = alphas[row, a:b], nearests[row, a:b]
+    at, first, last = window[0] + row, window[1] + a, window[1] + b
+    alpha, nearest = alphas[at, first:last], nearests[at, first:last]
     if owners:
         _own(
-            new,
-            inverse_new,
-            alpha,
-            nearest,
-            np.int32(ident),
-            weights[row, a:b],
-            depths[row, a:b],
-            ids[row, a:b],
-        )
+            new, inverse_new, alpha, nearest, np.int32(ident), weights[at, first:last], depths[at, first:last], ids[at, first:last]
+        )  # fmt: skip
     passed = buf[0, : b - a]
     if beta > F0:
         _passed(inverse_new, beta, passed)
     else:
         fill_row(F1, passed)
     if out.shape[0] == 1:
-        _over_grey(new, inverse_new, passed, planes[0, row, a:b], air[0], alpha, nearest, out[0, row, a:b])
+        _over_grey(
+            new, inverse_new, passed, planes[0, row, a:b], air[0], alpha, nearest, out[0, at, first:last]
+        )
     else:
         _over_colour(
             new, inverse_new, passed, planes[0, row, a:b], planes[1, row, a:b], planes[2, row, a:b], air, alpha, nearest,
-            out[0, row, a:b], out[1, row, a:b], out[2, row, a:b],
+            out[0, at, first:last], out[1, at, first:last], out[2, at, first:last],
         )  # fmt: skip

@@ -22,10 +22,11 @@ from pedcross_env.camera.kernels.lighting import (
     light_field,
 )  # fmt: skip
 from pedcross_env.camera.kernels.people import draw_pedestrian, people_work
+from pedcross_env.camera.kernels.polygons import NEAR_M
 from pedcross_env.camera.kernels.polyhedra import polyhedron_work
 from pedcross_env.camera.kernels.rows import F0, composite_row, fill_row, mean_depths
 from pedcross_env.camera.kernels.vehicles import draw_vehicle, vehicle_work
-from pedcross_env.camera.kernels.visible import outline_walls, visible_parts, visible_work
+from pedcross_env.camera.kernels.visible import move_outlines, outline_walls, visible_parts, visible_work
 
 __all__ = ["ROOF_KIND", "draw_scene"]
 
@@ -155,15 +156,15 @@ def _draw_group(
 
 
 @kernel
-def _put(scratch, spans, ident, env, air, frame, owners, buf):
-    """Composite an object's scratch planes onto the frame, clear them and its spans."""
+def _put(scratch, window, spans, ident, env, air, frame, owners, buf):
+    """Composite an object's scratch planes onto the frame where their window is, clear them and its spans."""
     last, width = spans.shape[0] - 1, scratch[1].shape[1]
     beta = np.float32(env[ENV_BETA])
     for row in range(spans[last, 0], spans[last, 1]):
         a, b = spans[row, 0], spans[row, 1]
         if b > a:  # in whole vectors: an object's planes are zero beside it
             a, b = a // LANES * LANES, min(width, (b + LANES - 1) // LANES * LANES)
-            composite_row(scratch, row, a, b, beta, air, ident, frame, owners, buf)
+            composite_row(scratch, row, a, b, window, beta, air, ident, frame, owners, buf)
         spans[row, 0], spans[row, 1] = NOWHERE, 0
     spans[last, 0], spans[last, 1] = NOWHERE, 0
 
@@ -182,6 +183,67 @@ def _visible(centre, radius, optics, size):
         if low * centre[2] - centre[k] > radius * math.sqrt(1 + low * low):
             return False
     return True
+
+
+@kernel
+def _window(centre, radius, optics, size):
+    """The part of the image that a sphere can reach: first row, first column, rows and columns, the columns in whole vectors."""
+    focal, cx, cy = optics
+    top, bottom = _reach(centre[1], centre[2], radius, focal, cy, size[0])
+    left, right = _reach(centre[0], centre[2], radius, focal, cx, size[1])
+    left = left // LANES * LANES
+    return top, left, bottom - top, min(size[1] - left, (right - left + LANES - 1) // LANES * LANES)
+
+
+@kernel
+def _reach(across, ahead, radius, focal, middle, extent):
+    """First pixel, of ``extent`` along one axis, that a sphere can reach, and the one beyond the last."""
+    if ahead <= radius + NEAR_M:
+        return 0, extent
+    tangent = math.sqrt(across * across + ahead * ahead - radius * radius)
+    low = (across * tangent - ahead * radius) / (ahead * tangent + across * radius)
+    high = (across * tangent + ahead * radius) / (ahead * tangent - across * radius)
+    first, last = middle + focal * low, middle + focal * high
+    first, last = max(0.0, min(first, extent + 0.0)), max(0.0, min(last, extent + 0.0))
+    return int(first), int(math.ceil(last))
+
+
+@allocating
+def _look_through(window, planes, channels, optics):
+    """Scratch planes, optics and size of a window: objects are drawn in its coordinates.
+
+    All are drawn in the same memory, wherever they are in the image: it stays in the cache.
+    """
+    top, left, rows, columns = window
+    focal, cx, cy = optics
+    colours, cover, inverse = planes
+    pixels = rows * columns
+    scratch = (
+        colours[: channels * pixels].reshape((channels, rows, columns)), cover[:pixels].reshape((rows, columns)),
+        inverse[:pixels].reshape((rows, columns)),
+    )  # fmt: skip
+    return scratch, (focal, cx - left, cy - top), (rows, columns)
+
+
+@kernel
+def _houses_window(faced, count, which, seen, windows, size):
+    """The part of the image that walls and roofs (which[faced:count], as -1 - actor) reach."""
+    left, top, right, bottom = size[1] + 0.0, size[0] + 0.0, 0.0, 0.0
+    for k in range(faced):
+        b = seen[2][which[k]]
+        left, top, right, bottom = min(left, b[0]), min(top, b[1]), max(right, b[2]), max(bottom, b[3])
+    for k in range(faced, count):
+        w = windows[-1 - which[k]]
+        left, top = min(left, w[1] + 0.0), min(top, w[0] + 0.0)
+        right, bottom = max(right, w[1] + w[3] + 0.0), max(bottom, w[0] + w[2] + 0.0)
+    first, beyond = int(left) // LANES * LANES, int(math.ceil(right))
+    columns = min(size[1] - first, (beyond - first + LANES - 1) // LANES * LANES)
+    return int(top), first, max(0, int(math.ceil(bottom)) - int(top)), max(0, columns)
+
+
+@kernel
+def _store(window, out):
+    out[0], out[1], out[2], out[3] = window
 
 
 @kernel
@@ -256,7 +318,7 @@ def draw_scene(
         optics: (focal, cx, cy).
         xs: (W,) pixel centres.
         size: (height, width).
-        scratch: (planes (C, H, W), alpha, inverse depth), zeroed; zeroed again on return.
+        scratch: (planes (C H W,), alpha (H W,), inverse depth (H W,)), zeroed; zeroed again on return.
         frame: (out (C, H, W) with zeros, alpha, nearest, weight, depth inverse, ids).
         owners: Whether to fill the frame's last three.
         sunlit: Shares of (N,) actors, (G,) groups and (P,) panels that the sun reaches, see kernels.shade.
@@ -268,7 +330,7 @@ def draw_scene(
     for row in range(size[0]):
         fill_row(F0, frame[1][row])
         fill_row(F0, frame[2][row])
-    keys = np.empty(n + g)
+    keys, windows = np.empty(n + g), np.empty((n + g, 4), np.int64)
     for i in range(n + g):
         keys[i] = 1e9
     centre = np.empty(3)
@@ -280,6 +342,7 @@ def draw_scene(
         radius += 0.6 if idents[i, 1] != 1 else 0.0  # what a pedestrian carries or pushes
         if _visible(centre, radius, optics, size):
             keys[i] = centre[2] - 0.5 * actors[i, 6]
+            _store(_window(centre, radius, optics, size), windows[i])
     for i in range(g):
         side = 1 if groups[i, 3] > 0 else 0
         if groups[i, 2] < slab[side] or groups[i, 2] >= slab[2 + side]:
@@ -287,6 +350,7 @@ def draw_scene(
         _to_camera(rotation, camera, groups[i, 2], groups[i, 3], groups[i, 4], centre)
         if _visible(centre, groups[i, 5], optics, size):
             keys[n + i] = centre[2]
+            _store(_window(centre, groups[i, 5], optics, size), windows[n + i])
     air = np.zeros(frame[0].shape[0], np.float32)
     for c in range(3):
         if air.shape[0] == 3:
@@ -312,25 +376,26 @@ def draw_scene(
     for k in ranks[: n + g]:
         if keys[k] >= 1e9:
             break
+        window = (windows[k, 0], windows[k, 1], windows[k, 2], windows[k, 3])
+        if window[2] * window[3] == 0 or (k < n and idents[k, 1] == ROOF_KIND):
+            continue
+        planes, view, extent = _look_through(window, scratch, channels, optics)
         _shine(env, sun, sunlit[0][k] if k < n else sunlit[1][k - n])
-        if k < n:
-            if idents[k, 1] == ROOF_KIND:
-                continue
-            if idents[k, 1] == 1:
-                draw_vehicle(
-                    actors[k], looks[k, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size, scratch,
-                    work, hulls, car, spans, BOOL(False),
-                )  # fmt: skip
-            else:
-                draw_pedestrian(
-                    actors[k], builds[k], bodies[k], rotation, camera, env, lamps, beams, table, optics, size, scratch, work, people, spans,
-                )  # fmt: skip
-            _put(scratch, spans, idents[k, 0], env, air, frame, owners, buf)
-        else:
+        if k >= n:
             _draw_group(
-                groups[k - n], capsules, maps[2], rotation, camera, env, lamps, beams, table, optics, size, scratch, work, bones, spans,
+                groups[k - n], capsules, maps[2], rotation, camera, env, lamps, beams, table, view, extent, planes, work, bones, spans,
             )  # fmt: skip
-            _put(scratch, spans, int(groups[k - n, 6]), env, air, frame, owners, buf)
+        elif idents[k, 1] == 1:
+            draw_vehicle(
+                actors[k], looks[k, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, view, xs, extent, planes,
+                work, hulls, car, spans, BOOL(False),
+            )  # fmt: skip
+        else:
+            draw_pedestrian(
+                actors[k], builds[k], bodies[k], rotation, camera, env, lamps, beams, table, view, extent, planes, work, people, spans,
+            )  # fmt: skip
+        ident = idents[k, 0] if k < n else INT(groups[k - n, 6])
+        _put(planes, window, spans, ident, env, air, frame, owners, buf)
     for side in range(2):  # the two rows of houses apart: their bounding boxes leave out the street
         faced = outline_walls(panels, side, slab, rotation, camera, optics, size, seen)
         count = faced
@@ -345,25 +410,28 @@ def draw_scene(
                 near[count], which[count] = _roof_distance(actors[i], camera), -1 - i
                 count += 1
         _sort(near, ranks, count)
+        window = _houses_window(faced, count, which, seen, windows, size)
+        planes, view, extent = _look_through(window, scratch, channels, optics)
+        move_outlines(faced, window, seen)
         for k in ranks[:count]:
             i = which[k]
             _shine(env, sun, sunlit[2][i] if i >= 0 else 1.0)
             if i < 0:
                 roof = -1 - i
                 draw_vehicle(
-                    actors[roof], looks[roof, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, optics, xs, size,
-                    scratch, work, hulls, car, spans, BOOL(True),
+                    actors[roof], looks[roof, 0], vehicles, materials, rotation, camera, env, lamps, beams, table, view, xs, extent,
+                    planes, work, hulls, car, spans, BOOL(True),
                 )  # fmt: skip
                 continue
-            parts = visible_parts(i, faced, panels, rotation, camera, optics, seen)
+            parts = visible_parts(i, faced, panels, rotation, camera, view, seen)
             if parts > 0:
                 draw_panel(
-                    panels[i], (seen[4], seen[5], parts), rotation, camera, env, table, maps[0], maps[1], optics, xs, size, scratch,
-                    buf, fronts, spans,
+                    panels[i], (seen[4], seen[5], parts), rotation, camera, env, table, maps[0], maps[1], view, xs[: extent[1]], extent,
+                    planes, buf, fronts, spans,
                 )  # fmt: skip
         _shine(env, sun, 1.0)
         for row in range(spans[size[0], 0], spans[size[0], 1]):
             a, b = spans[row, 0], spans[row, 1]
             if b > a:
-                mean_depths(scratch[1][row, a:b], scratch[2][row, a:b])
-        _put(scratch, spans, INT(-2), env, air, frame, owners, buf)
+                mean_depths(planes[1][row, a:b], planes[2][row, a:b])
+        _put(planes, window, spans, INT(-2), env, air, frame, owners, buf)

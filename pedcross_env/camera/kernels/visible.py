@@ -10,7 +10,7 @@ import numpy as np
 from pedcross_env.camera.kernels.jit import INT, allocating, inlined, kernel
 from pedcross_env.camera.kernels.polygons import project_clipped
 
-__all__ = ["MAX_PARTS", "outline_walls", "visible_parts", "visible_work"]
+__all__ = ["MAX_PARTS", "move_outlines", "outline_walls", "visible_parts", "visible_work"]
 
 MAX_SIDES, MAX_PARTS = 20, 48  # of one part; of one wall
 TOUCH_M = 1e-3  # walls that pass through each other by no more only touch
@@ -66,6 +66,20 @@ def outline_walls(panels, row, slab, rotation, camera, optics, size, work):
         seen[count] = i
         count += 1
     return count
+
+
+@kernel
+def move_outlines(count, window, work):
+    """Bring the outlines of the walls that are seen into the coordinates of a window of the image: its first row and column come first."""
+    outlines, sides, bounds, seen, _, _, _, _, _, _ = work
+    top, left = window[0], window[1]
+    for k in range(count):
+        i = seen[k]
+        for c in range(sides[i]):
+            outlines[i, c, 0] -= left
+            outlines[i, c, 1] -= top
+        b = bounds[i]
+        b[0], b[1], b[2], b[3] = b[0] - left, b[1] - top, b[2] - left, b[3] - top
 
 
 @inlined
