@@ -40,7 +40,7 @@ def environment(constant: np.ndarray, pose: CameraPose, ego: np.ndarray, light: 
         light: Gives the sun's direction and whether beams are on.
     """
     env = constant.copy()
-    env[at.ENV_SUN_DIRECTION : at.ENV_SUN_DIRECTION + 3] = _turned(pose.rotation, light.sun_direction)
+    env[at.ENV_SUN_DIRECTION : at.ENV_SUN_DIRECTION + 3] = pose.turned(light.sun_direction.tolist())
     env[at.ENV_UP : at.ENV_UP + 3] = pose.rotation[:, 2]
     if light.beam_on or ego["headlight"] > 0:
         env[at.ENV_BEAM] = 1.0
@@ -66,10 +66,4 @@ def beam_place(pose: CameraPose, vehicle: np.ndarray) -> np.ndarray:
         float(vehicle[axis]) + ahead * forward[k] + BEAM_HEIGHT_M * upright[k] - float(pose.origin[k])
         for k, axis in enumerate("xyz")
     ]
-    return np.concatenate([_turned(pose.rotation, axis) for axis in (place, forward, left, upright)])
-
-
-def _turned(rotation: np.ndarray, vector: np.ndarray | list[float] | tuple[float, ...]) -> list[float]:
-    """Turn a vector without BLAS, whose sums differ between machines."""
-    x, y, z = (float(v) for v in vector)
-    return [right * x + down * y + ahead * z for right, down, ahead in rotation.tolist()]
+    return np.concatenate([pose.turned(axis) for axis in (place, forward, left, upright)])

@@ -49,7 +49,7 @@ class Glare:
     def __init__(self, width_px: int, height_px: int) -> None:
         self._step = max(4, round(STEP_AT_450_PX * width_px / 450))
         self._sunny = self._lamps = False
-        self._sun_direction = self._sun_lx = np.zeros(3)
+        self._sun_direction, self._sun_lx = [0.0, 0.0, 0.0], np.zeros(3)
         self._threshold = math.inf
         rows, columns = height_px // self._step + 2, width_px // self._step + 2
         cells = (rows + 1) * (columns + 1)
@@ -60,7 +60,7 @@ class Glare:
 
     def load(self, light: Light) -> None:
         """Take a weather's light, without lightning, so that a flash does not change what counts as bright."""
-        self._sun_direction, self._sun_lx = light.sun_direction, light.sun_lx
+        self._sun_direction, self._sun_lx = light.sun_direction.tolist(), light.sun_lx
         self._sunny = bool(light.sun_lx.sum() > 0)
         street = bool(light.lamp_lx.sum() > 0)
         self._lamps = street or light.beam_on
@@ -115,10 +115,9 @@ class Glare:
         """Column and row of the sun, and which share of its light the lens would catch, were nothing before it."""
         if not self._sunny:
             return 0.0, 0.0, 0.0
-        direction = pose.rotation @ self._sun_direction
-        if direction[2] <= 0.05:
+        right, down, ahead = pose.turned(self._sun_direction)
+        if ahead <= 0.05:
             return 0.0, 0.0, 0.0
-        column = pose.cx + pose.focal_px * direction[0] / direction[2]
-        row = pose.cy + pose.focal_px * direction[1] / direction[2]
+        column, row = pose.cx + pose.focal_px * right / ahead, pose.cy + pose.focal_px * down / ahead
         outside = max(-column, column - pose.width_px, -row, row - pose.height_px, 0.0)
         return column, row, max(0.0, 1.0 - outside / (OUTSIDE * pose.width_px))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,6 +42,11 @@ class CameraPose:
     height_px: int
     lens: str = "pinhole"
     distortion: tuple[float, ...] = ()
+
+    def turned(self, vector: Iterable[float]) -> list[float]:
+        """Turn a direction of the world into camera coordinates, without BLAS, whose sums differ between machines."""
+        x, y, z = vector
+        return [right * x + down * y + ahead * z for right, down, ahead in self.rotation.tolist()]
 
 
 def camera_pose(config: CameraConfig, ego: np.ndarray) -> CameraPose:

@@ -56,6 +56,7 @@ from pedcross_env.weather.weather import Weather
 __all__ = ["Renderer"]
 
 LAMP_RANGE_M = 90.0
+UNFINISHED = np.zeros((0, 0), np.float32)
 MOST_YAW_DEG = 6.0  # of the mount, for the ground kernel that works by rows
 
 
@@ -199,11 +200,13 @@ class Renderer:
         owners = by_depth or not luminance_only
         # every pixel gets an owner: an object, the ground or the sky
         depth, ids = (np.empty(shape, np.float32), np.empty(shape, np.int32)) if owners else self._nobody
-        self._draw(moment, WHOLE, out, depth, ids, owners)
-        self._mirror_in_road(pose, out, depth, ids, light)
         luminance, colour = (out[0], out[:0]) if luminance_only else (np.empty(shape, np.float32), out)
-        if owners:
+        at_once = self._free is None and self._weather.wetness <= 0 and owners and not luminance_only
+        self._draw(moment, WHOLE, out, depth, ids, owners, luminance if at_once else UNFINISHED)
+        self._mirror_in_road(pose, out, depth, ids, light)
+        if owners and not at_once:
             finish_frame(colour, depth, luminance)
+        if owners:
             head = (moment.env, self._table, self._weather.extinction_per_m)
             self._spray.add(colour, luminance, depth, snapshot, pose, light, head)
         if self._tunnel is not None:
@@ -255,7 +258,7 @@ class Renderer:
         seen = []
         for layer in layers:
             out = np.zeros((1, min(layer.rows, moment.pose.height_px), moment.pose.width_px), np.float32)
-            self._draw(moment, layer, out, *self._nobody, False)
+            self._draw(moment, layer, out, *self._nobody, False, UNFINISHED)
             seen.append(Seen(out[0], _part(self._canvas[0], out.shape[1:]).copy()))
         return seen
 
@@ -279,6 +282,7 @@ class Renderer:
         depth: np.ndarray,
         ids: np.ndarray,
         owners: bool,
+        luminance: np.ndarray,
     ) -> None:
         """Draw a layer's objects, ground and sky.
 
@@ -289,6 +293,7 @@ class Renderer:
             depth: (h, W), filled with 1 / m if ``owners``.
             ids: (h, W), filled if ``owners``.
             owners: Whether to fill depth and ids.
+            luminance: (h, W) to finish depth (in metres) and luminance too, or UNFINISHED; the general ground kernel leaves them.
         """
         assert self._scenery is not None
         pose, light, env, lamps, beams, (cast, sunlit, shadows) = moment
@@ -307,15 +312,18 @@ class Renderer:
         lights = (self._ground_map, scenery.ground_frame, beams, self._table)
         if self._free is not None:
             draw_ground_freely(pose, env, self._free, shadows, lights, xs, rest, self._buf)
+            self._sky.add_clouds(out, alpha, pose, env, light)
         else:
             along_start = self._street.start_x_m - 100.0
             street = (self._street.kerb_height_m, along_start, ALONG_TEXEL_M, GROUND_TEXEL_M)
+            tables, clouds = (
+                (scenery.along, self._stripes, self._grain),
+                self._sky.clouds(channels, pose.rotation, light),
+            )
             draw_ground_and_sky(
-                pose.rotation, pose.origin, env, street, (scenery.along, self._stripes, self._grain), self._bands, shadows, lights, optics,
-                xs, (min(layer.ground_row, height), height), rest, owners, self._ground_work, self._buf,
+                pose.rotation, pose.origin, env, street, tables, self._bands, shadows, lights, clouds, optics, xs,
+                (min(layer.ground_row, height), height), rest, owners, luminance, self._ground_work, self._buf,
             )  # fmt: skip
-        if layer.ground_row == 0:
-            self._sky.add_clouds(out, alpha, pose, env, light)
 
     def visible_fraction(self, frame: Frame, snapshot: Snapshot, actor_id: int) -> float:
         """Return which share of an actor's silhouette is seen: 0 hidden, 1 in full view.

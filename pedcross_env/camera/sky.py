@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,7 @@ __all__ = ["Sky"]
 
 NODE_RAD = 0.017  # between nodes at which clouds are computed, at least four pixels
 SUN_SHARE = 0.6  # of the sun's own colour in that of clouds
+CLOUDLESS = np.zeros((2, 0, 0), np.float32)
 
 
 @dataclass(slots=True)
@@ -37,7 +39,7 @@ class _Nodes:
 
 
 class Sky:
-    """Adds a weather's clouds to pictures of one camera.
+    """A weather's clouds in pictures of one camera.
 
     Args:
         camera: A pinhole.
@@ -50,27 +52,31 @@ class Sky:
         self._nodes = {
             c: _Nodes(np.zeros((c, rows, columns), np.float32), np.zeros(rows, np.uint8)) for c in (1, 3)
         }
-        self._work = np.zeros(columns, np.float32), np.zeros(camera.width_px, np.float32), np.zeros(2)
-        self._texture: np.ndarray | None = None
+        self._work = np.zeros(columns, np.float32), np.zeros(2)
+        self._free = np.zeros(camera.width_px, np.float32)
+        self._texture = CLOUDLESS
         self._white = np.ones(3)
 
     def load(self, weather: Weather, light: Light, seed: int) -> None:
         """Take a weather's cloudiness and the colour that its sun gives to clouds; their shapes follow from ``seed``."""
         sun = float((light.sun_lx * LUMA).sum())
         self._white = np.ones(3) if sun <= 0 else (1 - SUN_SHARE) + SUN_SHARE * light.sun_lx / sun
-        self._texture = cloud_texture(weather.cloudiness, seed) if weather.cloudiness > 0 else None
+        self._texture = cloud_texture(weather.cloudiness, seed) if weather.cloudiness > 0 else CLOUDLESS
         for nodes in self._nodes.values():
             nodes.light = None
+
+    def clouds(self, channels: int, rotation: np.ndarray, light: Light) -> tuple[Any, ...]:
+        """What kernels.clouds adds them from, for pictures of one or three ``channels``."""
+        nodes = self._nodes[channels]
+        nodes.turn(rotation, light)
+        return self._texture, self._white, self._step, nodes.values, nodes.known, *self._work
 
     def add_clouds(
         self, out: np.ndarray, alpha: np.ndarray, pose: CameraPose, env: np.ndarray, light: Light
     ) -> None:
         """Add them in place; see kernels.clouds."""
-        if self._texture is None:
+        if len(self._texture[0]) == 0:
             return
         optics = (pose.focal_px, pose.cx, pose.cy)
-        nodes = self._nodes[len(out)]
-        nodes.turn(pose.rotation, light)
-        add_clouds(
-            out, alpha, self._texture, self._white, pose.rotation, env, optics, self._step, nodes.values, nodes.known, self._work
-        )  # fmt: skip
+        clouds = self.clouds(len(out), pose.rotation, light)
+        add_clouds(out, alpha, pose.rotation, env, optics, clouds, self._free)

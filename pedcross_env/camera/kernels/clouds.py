@@ -6,13 +6,12 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.ground import free_row
 from pedcross_env.camera.kernels.jit import entry, kernel
 from pedcross_env.camera.kernels.lighting import ENV_BETA, sky_radiance
+from pedcross_env.camera.kernels.rows import F0, F1, free_row
 
-__all__ = ["add_clouds"]
+__all__ = ["add_clouds", "cloud_row", "cloudy_rows"]
 
-F0, F1 = np.float32(0), np.float32(1)
 FOG_LAYER_M = 150.0  # that veils the sky, as the ground's kernels have it
 
 
@@ -87,42 +86,47 @@ def _add_row(line, step, first, last, free, plane):
         first = end
 
 
+@kernel
+def cloudy_rows(rotation, optics, height, width):
+    """How many of the image's rows have clouds: down to the lowest that looks above the horizon at either edge."""
+    focal, cx, cy = optics
+    tilt = -rotation[0, 2] / rotation[1, 2]
+    middle = cy - focal * rotation[2, 2] / rotation[1, 2]
+    return min(height, int(max(middle - tilt * cx, middle + tilt * (width - cx))) + 1)
+
+
+@kernel
+def cloud_row(row, a, b, free, rotation, env, optics, clouds, out):
+    """Add clouds between columns a and b of one row; see ``add_clouds``."""
+    texture, white, step, nodes, known, line, found = clouds
+    at = (row + 0.5) / step
+    k = int(at)
+    for j in range(k, k + 2):
+        if known[j] == 0:
+            _node_row(texture, white, rotation, env, optics, j * step + 0.0, step, found, nodes, j)
+            known[j] = 1
+    part = np.float32(at - k)
+    for c in range(out.shape[0]):
+        _between_rows(nodes[c, k], nodes[c, k + 1], part, line)
+        _add_row(line, step, a, b, free, out[c, row])
+
+
 @entry
-def add_clouds(out, alpha, texture, white, rotation, env, optics, step, nodes, known, work):
+def add_clouds(out, alpha, rotation, env, optics, clouds, free):
     """Add clouds to the sky.
 
     Args:
         out: (C, H, W) radiance or luminance with the plain sky in it.
         alpha: (H, W) share of each pixel that objects cover.
-        texture: (2, rows, columns), see camera.clouds.cloud_texture.
-        white: (3,) colour of clouds, of luminance 1.
         rotation: World to camera.
         env: (ENV_SIZE,) see kernels.lighting.
         optics: Focal length, cx, cy.
-        step: Pixels between nodes.
-        nodes: (C, H // step + 2, W // step + 2), filled where they are needed and not known.
-        known: (H // step + 2,) uint8, which of their rows hold this light and rotation's values.
-        work: (W // step + 2,) and (W,) float32 and (2,) float64 work space.
+        clouds: (their texture (2, rows, columns) of camera.clouds.cloud_texture; (3,) their colour, of luminance 1; pixels between
+            nodes; nodes (C, H // step + 2, W // step + 2), filled where they are needed and not known; (H // step + 2,) uint8, which of
+            their rows hold this light and rotation's values; (W // step + 2,) float32 and (2,) float64 work space).
+        free: (W,) float32 work space.
     """
-    channels, height, width = out.shape
-    line, free, found = work
-    focal, cx, cy = optics
-    # the lowest row that looks above the horizon, at either edge
-    tilt = -rotation[0, 2] / rotation[1, 2]
-    middle = cy - focal * rotation[2, 2] / rotation[1, 2]
-    lowest = max(middle - tilt * cx, middle + tilt * (width - cx))
-    rows = min(height, int(lowest) + 1)
-    for row in range(rows):
+    for row in range(cloudy_rows(rotation, optics, out.shape[1], out.shape[2])):
         a, b = free_row(alpha[row], free)
-        if b <= a:
-            continue
-        at = (row + 0.5) / step
-        k = int(at)
-        for j in range(k, k + 2):
-            if known[j] == 0:
-                _node_row(texture, white, rotation, env, optics, j * step + 0.0, step, found, nodes, j)
-                known[j] = 1
-        part = np.float32(at - k)
-        for c in range(channels):
-            _between_rows(nodes[c, k], nodes[c, k + 1], part, line)
-            _add_row(line, step, a, b, free, out[c, row])
+        if b > a:
+            cloud_row(row, a, b, free, rotation, env, optics, clouds, out)

@@ -1,4 +1,4 @@
-"""The last pass: depth from inverse depth, luminance from radiance."""
+"""The last step: depth from inverse depth, luminance from radiance."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from pedcross_env.camera.kernels.jit import entry, kernel
 
-__all__ = ["finish_frame"]
+__all__ = ["finish_frame", "finish_row"]
 
 F0, F1 = np.float32(0), np.float32(1)
 
@@ -23,10 +23,16 @@ def _luminance_row(red, green, blue, out):
         out[i] = np.float32(0.2126) * red[i] + np.float32(0.7152) * green[i] + np.float32(0.0722) * blue[i]
 
 
+@kernel
+def finish_row(row, out, depth, luminance):
+    """Turn one row of ``depth`` from inverse metres to metres (inf: sky) and fill its ``luminance`` if there is colour."""
+    _depth_row(depth[row])
+    if out.shape[0] == 3:
+        _luminance_row(out[0, row], out[1, row], out[2, row], luminance[row])
+
+
 @entry
 def finish_frame(out, depth, luminance):
-    """Turn ``depth`` from inverse metres to metres (inf: sky) and fill ``luminance`` if there is colour."""
+    """Finish all rows."""
     for row in range(luminance.shape[0]):
-        _depth_row(depth[row])
-        if out.shape[0] == 3:
-            _luminance_row(out[0, row], out[1, row], out[2, row], luminance[row])
+        finish_row(row, out, depth, luminance)

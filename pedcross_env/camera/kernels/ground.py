@@ -11,6 +11,8 @@ import math
 import numpy as np
 
 from pedcross_env.camera.kernels.bands import add_stripes, fill_bands, grain_columns, grain_row, weigh_bands
+from pedcross_env.camera.kernels.clouds import cloud_row, cloudy_rows
+from pedcross_env.camera.kernels.finish import finish_row
 from pedcross_env.camera.kernels.ground_light import lights_row, shadow_row
 from pedcross_env.camera.kernels.jit import INT, entry, inlined, kernel
 from pedcross_env.camera.kernels.lighting import (
@@ -25,9 +27,9 @@ from pedcross_env.camera.kernels.lighting import (
     ENV_WET,
     sky_radiance,
 )  # fmt: skip
-from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus, fill_row
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus, fill_row, free_row
 
-__all__ = ["FAR_M", "INV_PI", "KERB", "WHITE", "draw_ground_and_sky", "free_row"]
+__all__ = ["FAR_M", "INV_PI", "KERB", "WHITE", "draw_ground_and_sky"]
 
 INV_PI = np.float32(1 / math.pi)
 WHITE = np.float32(0.62)
@@ -35,7 +37,6 @@ KERB = np.float32(0.26)  # albedo of the kerb's upright face
 LUMA_R, LUMA_G, LUMA_B = np.float32(0.2126), np.float32(0.7152), np.float32(0.0722)
 SUN, SKY, LAMP, BEAM, GRAIN, COVER, MARKS, PLANES = 3, 4, 5, 6, 7, 8, 9, 10  # rows of the work space
 FAR_M = 4000.0
-LEAST_FREE, BLOCK = np.float32(1e-4), 64
 
 
 @kernel
@@ -104,32 +105,6 @@ def _shade_grey(albedo, marks, cover, grain, light, white_radiance, dark, white_
 def _haze_row(value, free, plane):
     for i in range(plane.shape[0]):
         plane[i] += free[i] * value
-
-
-@kernel
-def _free_block(alpha, free):
-    """Fill shares; return how many are worth it. Integers add up in vectors, floats would not."""
-    count = np.int32(0)
-    for i in range(free.shape[0]):
-        free[i] = max(F0, F1 - alpha[i])
-        count += np.int32(free[i] >= LEAST_FREE)
-    return count
-
-
-@kernel
-def free_row(alpha, free):
-    """Share of each pixel that objects left over; return the columns where there is any."""
-    n = alpha.shape[0]
-    a, b = n, 0
-    for first in range(0, n, BLOCK):
-        last = min(n, first + BLOCK)
-        if _free_block(alpha[first:last], free[first:last]) > 0:
-            a, b = min(a, first), last
-    while a < b and free[a] < LEAST_FREE:
-        a += 1
-    while b > a and free[b - 1] < LEAST_FREE:
-        b -= 1
-    return a, b
 
 
 @kernel
@@ -315,7 +290,23 @@ def _fill_row(value, free, plane):
 
 @entry
 def draw_ground_and_sky(
-    rotation, camera, env, street, tables, bands, shadows, lights, optics, xs, rows, frame, owners, work, buf
+    rotation,
+    camera,
+    env,
+    street,
+    tables,
+    bands,
+    shadows,
+    lights,
+    clouds,
+    optics,
+    xs,
+    rows,
+    frame,
+    owners,
+    luminance,
+    work,
+    buf,
 ):
     """Fill what objects left over: ground below the horizon, sky above, both in the horizon's row.
 
@@ -328,11 +319,13 @@ def draw_ground_and_sky(
         bands: (bands of the road, those above the kerb, work for either, what either cover), see kernels.bands.
         shadows: (polygons, their facts, capsules).
         lights: (lamp map, its frame, others' beams, low-beam candela).
+        clouds: See kernels.clouds.add_clouds; with a texture without rows there are none.
         optics: (focal, cx, cy).
         xs: (W,) pixel centres.
         rows: (from, to) that are filled.
         frame: (out (C, H, W), alpha, weight, depth inverse, ids).
         owners: Whether to fill the last three.
+        luminance: (H, W) to finish depth and luminance row by row, while they are in the cache; without rows: not yet.
         work: ((3,), (T + 1,) and (18,) floats; (4,) int64 kinds and (4, 3) weights of lights).
         buf: (24, >= W + 2).
     """
@@ -354,17 +347,22 @@ def draw_ground_and_sky(
     weigh_bands(high, weights[:count], weighed_high)
     weighed = weighed_low[: low.shape[0]], weighed_high[: high.shape[0]]
     albedo = count, covered, kinds, weights
+    cloudy = INT(0)
+    if clouds[0].shape[1] > 0:
+        cloudy = cloudy_rows(rotation, optics, out.shape[1], out.shape[2])
     for row in range(rows[0], rows[1]):
         a, b = free_row(alpha[row], free)
-        if b <= a:
-            continue
         share = np.float32(min(1.0, max(0.0, row + 1.0 - horizon)))
-        if share > 0:
+        if b > a and share > 0:
             y = 0.5 * (max(horizon, row + 0.0) + row + 1.0)
             _ground_row(
                 row, y, share, rotation, camera, env, street, tables, weighed, albedo, shadows, lights, optics, xs, a, b, free, out,
                 owners, (along, line, facts), buf, owner,
             )  # fmt: skip
-        if share < 1:
+        if b > a and share < 1:
             y = 0.5 * (min(horizon, row + 1.0) + row)
             _sky_row(row, y, F1 - share, rotation, env, optics, a, b, free, out, owners, owner)
+        if b > a and row < cloudy:
+            cloud_row(row, a, b, free, rotation, env, optics, clouds, out)
+        if luminance.shape[0] > 0:
+            finish_row(row, out, depth_inverse, luminance)

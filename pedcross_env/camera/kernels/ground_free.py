@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.ground import FAR_M, INV_PI, KERB, WHITE, free_row
+from pedcross_env.camera.kernels.ground import FAR_M, INV_PI, KERB, WHITE
 from pedcross_env.camera.kernels.ground_light import beam_at, lamp_at
 from pedcross_env.camera.kernels.jit import entry, inlined, kernel
 from pedcross_env.camera.kernels.lighting import (
@@ -27,7 +27,7 @@ from pedcross_env.camera.kernels.lighting import (
     ENV_WET,
     sky_radiance,
 )  # fmt: skip
-from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus, fill_row
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus, fill_row, free_row
 from pedcross_env.camera.kernels.street_profile import grain_of_row, ground_at, place_on_street
 
 __all__ = ["draw_ground_and_sky_freely", "shadow_bounds"]

@@ -15,6 +15,7 @@ __all__ = [
     "composite_row",
     "exp_minus",
     "fill_row",
+    "free_row",
     "hash01",
     "mean_depths",
     "merge_row",
@@ -24,6 +25,7 @@ __all__ = [
 F0, F1, HALF = np.float32(0), np.float32(1), np.float32(0.5)
 TINY = np.float32(1e-6)
 SOLID_M = np.float32(0.02)  # how far surfaces of one object may pass through each other
+LEAST_FREE, BLOCK = np.float32(1e-4), 64
 FAR = np.float32(1e-9)  # added to inverse depths where nothing is
 
 
@@ -65,6 +67,32 @@ def fill_row(value, out):
     """Set a row."""
     for i in range(out.shape[0]):
         out[i] = value
+
+
+@kernel
+def _free_block(alpha, free):
+    """Fill shares; return how many are worth it. Integers add up in vectors, floats would not."""
+    count = np.int32(0)
+    for i in range(free.shape[0]):
+        free[i] = max(F0, F1 - alpha[i])
+        count += np.int32(free[i] >= LEAST_FREE)
+    return count
+
+
+@kernel
+def free_row(alpha, free):
+    """Share of each pixel that objects left over; return the columns where there is any."""
+    n = alpha.shape[0]
+    a, b = n, 0
+    for first in range(0, n, BLOCK):
+        last = min(n, first + BLOCK)
+        if _free_block(alpha[first:last], free[first:last]) > 0:
+            a, b = min(a, first), last
+    while a < b and free[a] < LEAST_FREE:
+        a += 1
+    while b > a and free[b - 1] < LEAST_FREE:
+        b -= 1
+    return a, b
 
 
 @inlined
