@@ -10,12 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pedcross_env.camera import Layer, Seen
+from pedcross_env.camera import Layer, Picture, Seen, whole_picture
 from pedcross_env.config import EnvConfig
 from pedcross_env.contracts import EVENT_DTYPE, Frame, Snapshot
 from pedcross_env.flow import image_flow_px
 from pedcross_env.layering import Cadence, cadences, pictures_of, renders_of
 from pedcross_env.sensors import causes, dvs
+from pedcross_env.sensors.dvs_pictures import count_pictures, log_picture
 from pedcross_env.view import View
 
 __all__ = ["EventVision", "Plan", "Sensed"]
@@ -89,7 +90,8 @@ class EventVision:
             self._state, self._trace = memory
             return
         first = view.world.snapshot(0.0)
-        log_frame, bare = self._log_luminance(first, 1.0 / config.world.policy_hz, None)
+        picture, bare = self._picture(first, 1.0 / config.world.policy_hz, None)
+        log_frame = self._log(picture)
         self._state = dvs.initial_state(log_frame, 0, config.dvs, seed)
         self._trace = self._traced(first, bare, log_frame) if config.label_events else None
 
@@ -115,32 +117,34 @@ class EventVision:
         """
         config, plan = self._config, self.plan(before, after)
         counts = self.nothing().counts
-        sensed: list[np.ndarray] = []
-        labels: list[np.ndarray] = []
         moments = [*self._view.world.snapshots(plan.times_s[:-1]), after]
         parts = self._parted(before, after, len(moments))
-        frames = self._put_together(parts, before, moments) if parts else self._whole(before, moments, depth)
-        for snapshot, (log_frame, bare) in zip(moments, frames, strict=True):
-            time_ns = round(snapshot.time_s * 1e9)
-            if not config.return_events:
-                self._state = dvs.step_counts(self._state, log_frame, time_ns, config.dvs, counts)
-            elif self._trace is None:
+        renders = renders_of(parts, len(moments)) if parts else len(moments)
+        reached = len(moments), renders, plan.flow_px, plan.streak
+        pictures = (
+            self._put_together(parts, before, moments) if parts else self._whole(before, moments, depth)
+        )
+        if not config.return_events:
+            timed = ((picture, _ns(at)) for at, (picture, _) in zip(moments, pictures, strict=True))
+            self._state = count_pictures(self._state, timed, config.dvs, counts)
+            return Sensed(counts, None, None, *reached)
+        sensed: list[np.ndarray] = []
+        labels: list[np.ndarray] = []
+        for snapshot, (picture, bare) in zip(moments, pictures, strict=True):
+            log_frame, time_ns = self._log(picture), _ns(snapshot)
+            if self._trace is None:
                 self._state, found = dvs.step(self._state, log_frame, time_ns, config.dvs)
-                sensed.append(found)
             else:
                 old, self._trace = self._trace, self._traced(snapshot, bare, log_frame)
                 blamed = self._blame(snapshot, old, self._trace)
                 self._state, found, label = dvs.step_labelled(
                     self._state, log_frame, time_ns, config.dvs, blamed
                 )
-                sensed.append(found)
                 labels.append(label)
-        events = np.concatenate(sensed) if config.return_events else None
-        if events is not None:
-            dvs.add_counts(counts, events)
-        blames = np.concatenate(labels) if config.label_events else None
-        renders = renders_of(parts, len(moments)) if parts else len(moments)
-        return Sensed(counts, events, blames, len(moments), renders, plan.flow_px, plan.streak)
+            sensed.append(found)
+        events = np.concatenate(sensed)
+        dvs.add_counts(counts, events)
+        return Sensed(counts, events, np.concatenate(labels) if config.label_events else None, *reached)
 
     def plan(self, before: Snapshot, after: Snapshot) -> Plan:
         """Spread renders so that the image's motion, and the change of the light where lightning strikes, is the same
@@ -186,17 +190,16 @@ class EventVision:
 
     def _whole(
         self, before: Snapshot, moments: Sequence[Snapshot], depth: np.ndarray | None
-    ) -> Iterator[tuple[np.ndarray, np.ndarray | None]]:
-        """Give ``_log_luminance`` at each moment."""
+    ) -> Iterator[tuple[Picture, np.ndarray | None]]:
+        """Give ``_picture`` at each moment."""
         for earlier, snapshot in itertools.pairwise([before, *moments]):
-            yield self._log_luminance(snapshot, snapshot.time_s - earlier.time_s, depth)
+            yield self._picture(snapshot, snapshot.time_s - earlier.time_s, depth)
 
     def _put_together(
         self, parts: list[Cadence], before: Snapshot, moments: Sequence[Snapshot]
-    ) -> Iterator[tuple[np.ndarray, None]]:
-        """Give ln of luminance at each moment, rendered in layers."""
-        renderer, floor = self._view.renderer, self._config.dvs.log_floor_cd_m2
-        far = [part.layer for part in parts[1:]]
+    ) -> Iterator[tuple[Picture, None]]:
+        """Give the picture at each moment, rendered in layers."""
+        renderer, far = self._view.renderer, [part.layer for part in parts[1:]]
         first = self._far if self._far_key == _key(far, before.time_s) else renderer.layers(before, far)
 
         def render(instant: int, layers: list[Layer]) -> list[Seen]:
@@ -205,19 +208,23 @@ class EventVision:
                 self._far, self._far_key = seen[1:], _key(far, moments[-1].time_s)
             return seen
 
-        for picture in pictures_of(parts, first, self._state.log_frame.shape, len(moments), render):
-            yield _unchanging(dvs.log_luminance(picture, floor)), None
+        for picture in pictures_of(parts, first, len(moments), render):
+            yield picture, None
 
-    def _log_luminance(
+    def _picture(
         self, snapshot: Snapshot, interval_s: float, depth: np.ndarray | None
-    ) -> tuple[np.ndarray, np.ndarray | None]:
-        """ln of luminance with precipitation; and without it, where events are labelled."""
-        floor = self._config.dvs.log_floor_cd_m2
+    ) -> tuple[Picture, np.ndarray | None]:
+        """Luminance with precipitation; and ln of it without, where events are labelled."""
         frame = self._view.luminance(snapshot, self._view.lightning.light_lx(snapshot.time_s))
+        floor = self._config.dvs.log_floor_cd_m2
         bare = dvs.log_luminance(frame.luminance, floor) if self._config.label_events else None
         # Streaks are drawn as long as the drop falls between two renders: no gaps, hence no aliasing.
         self._view.precipitate(frame, snapshot, interval_s, depth)
-        return _unchanging(dvs.log_luminance(frame.luminance, floor)), bare
+        return whole_picture(frame.luminance), bare
+
+    def _log(self, picture: Picture) -> np.ndarray:
+        camera = self._config.camera
+        return log_picture(picture, (camera.height_px, camera.width_px), self._config.dvs.log_floor_cd_m2)
 
     def _traced(self, snapshot: Snapshot, bare: np.ndarray | None, seen: np.ndarray) -> _Trace:
         flash_lx = self._view.lightning.light_lx(snapshot.time_s)
@@ -237,10 +244,8 @@ class EventVision:
         )  # fmt: skip
 
 
-def _unchanging(log_frame: np.ndarray) -> np.ndarray:
-    """Mark a frame as one that nobody writes to, so that the sensor need not copy it."""
-    log_frame.flags.writeable = False
-    return log_frame
+def _ns(snapshot: Snapshot) -> int:
+    return round(snapshot.time_s * 1e9)
 
 
 def _key(layers: Sequence[Layer], time_s: float) -> Any:

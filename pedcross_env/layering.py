@@ -20,10 +20,11 @@ from pedcross_env.camera import (
     NEAREST,
     CameraPose,
     Layer,
+    Picture,
     Seen,
     Surroundings,
     camera_pose,
-    compose,
+    picture_of,
     rays,
 )
 from pedcross_env.config import CameraConfig
@@ -202,23 +203,21 @@ def _corners(actors: np.ndarray, around: Surroundings) -> np.ndarray:
 def pictures_of(
     parts: Sequence[Cadence],
     first: Sequence[Seen],
-    shape: tuple[int, int],
     instants: int,
     render: Callable[[int, list[Layer]], list[Seen]],
-) -> Iterator[np.ndarray]:
+) -> Iterator[Picture]:
     """Put a step's pictures together from layers, each rendered at some of its instants and straight in between.
 
     Args:
         parts: The layers, the nearest first.
         first: The layers behind the nearest one at the step's start.
-        shape: (H, W) of the pictures.
         instants: Number of instants that follow; all layers are rendered at the last one.
         render: Gives layers at an instant, counted from 1.
 
     Yields:
-        (H, W) float32 cd/m2 at each instant.
+        The picture at each instant.
     """
-    looks = [deque([_Look(0, seen)]) for seen in (Seen(*np.empty((2, 0, shape[1]), np.float32)), *first)]
+    looks = [deque([_Look(0, seen)]) for seen in (Seen(*np.empty((2, 0, 0), np.float32)), *first)]
     shown = 0
     for instant in range(1, instants + 1):
         due = [k for k, part in enumerate(parts) if instant % part.stride == 0 or instant == instants]
@@ -226,7 +225,7 @@ def pictures_of(
             looks[k].append(_Look(instant, seen))
         while shown < min(look[-1].instant for look in looks):
             shown += 1
-            yield compose([_at(shown, look) for look in looks], shape)
+            yield picture_of([_at(shown, look) for look in looks])
 
 
 class _Look(NamedTuple):

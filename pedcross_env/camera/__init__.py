@@ -1,6 +1,16 @@
 """The camera: a street from the ego in linear radiance, with depth and instance ids."""
 
-from pedcross_env.camera.layers import FARTHEST, NEAREST, Border, Layer, Seen, compose
+from pedcross_env.camera.layers import (
+    FARTHEST,
+    NEAREST,
+    Border,
+    Layer,
+    Picture,
+    Seen,
+    compose,
+    picture_of,
+    whole_picture,
+)
 from pedcross_env.camera.pinhole import CameraPose, camera_pose, project, rays
 from pedcross_env.camera.renderer import Renderer
 from pedcross_env.camera.surroundings import Surroundings
@@ -11,11 +21,14 @@ __all__ = [
     "Border",
     "CameraPose",
     "Layer",
+    "Picture",
     "Renderer",
     "Seen",
     "Surroundings",
     "camera_pose",
     "compose",
+    "picture_of",
     "project",
     "rays",
+    "whole_picture",
 ]

@@ -9,9 +9,21 @@ from typing import NamedTuple
 import numpy as np
 
 from pedcross_env.camera.actor_tables import Cast
-from pedcross_env.camera.kernels.layers import put_before, put_between, put_between_before
+from pedcross_env.camera.kernels.layers import lay_all
 
-__all__ = ["FARTHEST", "NEAREST", "WHOLE", "Border", "Layer", "Seen", "compose", "in_layer"]
+__all__ = [
+    "FARTHEST",
+    "NEAREST",
+    "WHOLE",
+    "Border",
+    "Layer",
+    "Picture",
+    "Seen",
+    "compose",
+    "in_layer",
+    "picture_of",
+    "whole_picture",
+]
 
 
 class Border(NamedTuple):
@@ -63,7 +75,7 @@ class Seen(NamedTuple):
 
     Attributes:
         luminance: (rows, W) float32 cd/m2, premultiplied by the coverage.
-        cover: (rows, W) float32, share of each pixel that the layer's objects hide.
+        cover: (ground_row, W) float32, share of each pixel above the layer's ground that its objects hide.
     """
 
     luminance: np.ndarray
@@ -90,23 +102,46 @@ def in_layer(cast: Cast, layer: Layer) -> np.ndarray:
     return chosen
 
 
+Picture = tuple[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.float32], ...]
+"""Layers put one before the other, as kernels.layers takes them."""
+
+MOST_LAYERS = 3
+_NOTHING = np.empty(0, np.float32)
+_NO_LAYER = _NOTHING, _NOTHING, _NOTHING, _NOTHING, np.float32(0)
+
+
+def picture_of(layers: Sequence[tuple[Seen, Seen, float]]) -> Picture:
+    """Put layers one before the other.
+
+    Args:
+        layers: The nearest first, ``MOST_LAYERS`` at most: two renders of each and where between them the moment lies, 0 to 1.
+    """
+    parts = [
+        (
+            first.luminance.reshape(-1), first.cover.reshape(-1),
+            last.luminance.reshape(-1), last.cover.reshape(-1), np.float32(share),
+        )
+        for first, last, share in layers
+    ]  # fmt: skip
+    return (*parts, *[_NO_LAYER] * (MOST_LAYERS - len(parts)))
+
+
+def whole_picture(luminance: np.ndarray) -> Picture:
+    """Take a picture (H, W) float32 cd/m2 that is not parted into layers."""
+    seen = Seen(luminance, _NOTHING)
+    return picture_of([(seen, seen, 0.0)])
+
+
 def compose(layers: Sequence[tuple[Seen, Seen, float]], shape: tuple[int, int]) -> np.ndarray:
     """Put layers one before the other.
 
     Args:
-        layers: The nearest first: two renders of each and where between them the moment lies, 0 to 1.
+        layers: As for ``picture_of``.
         shape: (H, W) of the picture.
 
     Returns:
         (H, W) float32 cd/m2.
     """
     picture = np.empty(shape, np.float32)
-    first, last, share = layers[-1]
-    picture[len(first.luminance) :] = 0.0
-    put_between(first.luminance, last.luminance, np.float32(share), picture)
-    for first, last, share in reversed(layers[:-1]):
-        if share == 0:
-            put_before(*first, picture)
-        else:
-            put_between_before(*first, *last, np.float32(share), picture)
+    lay_all(picture_of(layers), picture.reshape(-1))
     return picture

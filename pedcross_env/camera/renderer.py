@@ -259,7 +259,8 @@ class Renderer:
         for layer in layers:
             out = np.zeros((1, min(layer.rows, moment.pose.height_px), moment.pose.width_px), np.float32)
             self._draw(moment, layer, out, *self._nobody, False, UNFINISHED)
-            seen.append(Seen(out[0], _part(self._canvas[0], out.shape[1:]).copy()))
+            cover = _part(self._canvas[0], out.shape[1:])
+            seen.append(Seen(out[0], cover[: layer.ground_row].copy()))
         return seen
 
     def _moment(self, snapshot: Snapshot, light: Light) -> _Moment:

@@ -10,7 +10,7 @@ import numpy as np
 from pedcross_env.camera.kernels.jit import exact_entry, exact_kernel, inlined
 from pedcross_env.sensors._dvs_maths import TILE, add_count, exp_in_place, pack
 
-__all__ = ["BLOCK", "HOT", "LEAK", "SHOT", "SIGNAL", "advance", "follow", "queue"]
+__all__ = ["BLOCK", "HOT", "LEAK", "SHOT", "SIGNAL", "advance", "follow", "live", "queue"]
 
 SIGNAL, LEAK, SHOT, HOT = 0, 1, 2, 3  # sources of an event, two bits of its sort key
 BLOCK = 4  # events of a pixel are written so many at a time
@@ -144,13 +144,14 @@ def _held_after(i, first, gap, dt, start, change, leak, refractory_at, outs, sou
 
 
 @exact_kernel
-def _live(i, images, levels, drifts, last_event_s, outs, interval, noise, place, counts, keys, bits, found):
+def live(i, pixel, levels, drifts, last_event_s, outs, interval, noise, place, counts, keys, bits, found):
     """Follow one pixel through noise events and refractory periods.
 
+    ``pixel`` is its photoreceptor at both frames and its reference at the first.
     After an event it is held for the refractory period and starts anew from the level it then sees; a noise event also
     makes it forget what it had seen. Returns the number of events and the place of the next noise event.
     """
-    previous, frame, reference = images
+    start, end, level = pixel
     on_steps, off_steps, leak_per_s = levels
     out_reference, out_last_s, out_drift = outs
     t0_ns, dt, refractory = interval
@@ -158,9 +159,8 @@ def _live(i, images, levels, drifts, last_event_s, outs, interval, noise, place,
     j = i if on_steps.size > 1 else 0
     on_step, off_step = np.float64(on_steps[j]), np.float64(off_steps[j])
     leak = np.float64(leak_per_s[j]) / _NS
-    start = np.float64(previous[i])
-    slope = (np.float64(frame[i]) - start) / dt
-    t, level = 0.0, np.float64(reference[i])
+    start, level, t = np.float64(start), np.float64(level), 0.0
+    slope = (np.float64(end) - start) / dt
     drift = np.float64(drifts[i]) if drifts.size > 0 else 0.0
     last_s, free = 0.0, -1.0
     if refractory > 0:
@@ -309,8 +309,9 @@ def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts,
             for i in range(n):
                 if slow[i] != 0:
                     fired[i] = 0
-                    found, place = _live(
-                        begin + i, images, levels, drifts, last_event_s, outs, interval, noise, place,
+                    pixel = previous[begin + i], frame[begin + i], reference[begin + i]
+                    found, place = live(
+                        begin + i, pixel, levels, drifts, last_event_s, outs, interval, noise, place,
                         counts, keys, bits, found,
                     )  # fmt: skip
         if not any_fired:

@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
+from pedcross_env.camera.kernels.jit import exact_kernel
 from pedcross_env.hashing import combine, unit
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "add_count",
     "exp_in_place",
     "log_above",
+    "log_tile",
     "lognormal",
     "normal",
     "pack",
@@ -35,27 +37,38 @@ _E2, _E3, _E4, _E5, _E6 = (np.float32(1 / math.factorial(n)) for n in range(2, 7
 _ONE = np.float32(1)
 
 
+@exact_kernel
+def log_tile(
+    values: np.ndarray, floor: np.float32, out: np.ndarray, work: tuple[np.ndarray, np.ndarray]
+) -> None:
+    """ln of values + floor, which are positive and normal: exponent ln 2 + 2 atanh((m - 1) / (m + 1)), m near 1.
+
+    ``work`` is two of float32, at least as long as ``values``.
+    """
+    n = values.size
+    exponent, mantissa = work[0][:n], work[1][:n]
+    bits = mantissa.view(np.int32)
+    for i in range(n):
+        mantissa[i] = values[i] + floor
+    for i in range(n):
+        shift = np.int32(np.int32(bits[i] - _SQRT_HALF_BITS) >> np.int32(23))
+        exponent[i] = np.float32(shift)
+        bits[i] = np.int32(bits[i] - np.int32(shift << np.int32(23)))
+    for i in range(n):
+        m = mantissa[i]
+        s = (m - _ONE) / (m + _ONE)
+        q = s * s
+        series = q * (_THIRD + q * (_FIFTH + q * (_SEVENTH + q * _NINTH)))
+        out[i] = exponent[i] * _LN2 + np.float32(2) * (s + s * series)
+
+
 @njit(cache=True, error_model="numpy")
 def log_above(values: np.ndarray, floor: np.float32, out: np.ndarray) -> None:
-    """ln of values + floor, which are positive and normal: exponent ln 2 + 2 atanh((m - 1) / (m + 1)), m near 1."""
-    exponent = np.empty(TILE, np.float32)
-    mantissa = np.empty(TILE, np.float32)
-    bits = mantissa.view(np.int32)
+    """ln of values + floor, which are positive and normal."""
+    work = np.empty(TILE, np.float32), np.empty(TILE, np.float32)
     for start in range(0, values.size, TILE):
-        n = min(TILE, values.size - start)
-        tile, result = values[start : start + n], out[start : start + n]
-        for i in range(n):
-            mantissa[i] = tile[i] + floor
-        for i in range(n):
-            shift = np.int32(np.int32(bits[i] - _SQRT_HALF_BITS) >> np.int32(23))
-            exponent[i] = np.float32(shift)
-            bits[i] = np.int32(bits[i] - np.int32(shift << np.int32(23)))
-        for i in range(n):
-            m = mantissa[i]
-            s = (m - _ONE) / (m + _ONE)
-            q = s * s
-            series = q * (_THIRD + q * (_FIFTH + q * (_SEVENTH + q * _NINTH)))
-            result[i] = exponent[i] * _LN2 + np.float32(2) * (s + s * series)
+        stop = min(values.size, start + TILE)
+        log_tile(values[start:stop], floor, out[start:stop], work)
 
 
 @njit(cache=True, error_model="numpy")

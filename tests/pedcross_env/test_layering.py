@@ -10,6 +10,7 @@ from pedcross_env.contracts import ACTOR_DTYPE, Snapshot
 from pedcross_env.env import CrossingEnv
 from pedcross_env.errors import ConfigError
 from pedcross_env.layering import Cadence, cadences, layer_motion_px, pictures_of, renders_of
+from pedcross_env.sensors.dvs_pictures import log_picture
 from pedcross_env.weather import Weather
 
 HOLD = np.zeros(1, np.float32)
@@ -132,14 +133,18 @@ def test_pictures_run_straight_between_renders_of_each_layer() -> None:
     def render(instant: int, layers: list[Layer]) -> list[Seen]:
         return [look(instant, layer) for layer in layers]
 
-    pictures = list(pictures_of([near, far], [look(0, far.layer)], (4, 5), 8, render))
+    pictures = [
+        log_picture(picture, (4, 5), 0.5)
+        for picture in pictures_of([near, far], [look(0, far.layer)], 8, render)
+    ]
     assert [instant for instant, row in asked if row == 2] == [1, 2, 3, 4, 5, 6, 7, 8]
     assert [instant for instant, row in asked if row == 0] == [0, 3, 6, 8]
     assert renders_of([near, far], 8) == 11
     for instant, picture in enumerate(pictures, 1):
-        np.testing.assert_allclose(picture[0], 10.0 + instant, rtol=1e-6)
-        np.testing.assert_allclose(picture[1], 25.0 * (instant % 2) + 0.75 * (10.0 + instant), rtol=1e-6)
-        np.testing.assert_allclose(picture[3], 100.0 * (instant % 2))
+        light = np.exp(picture) - 0.5
+        np.testing.assert_allclose(light[0], 10.0 + instant, rtol=1e-6)
+        np.testing.assert_allclose(light[1], 25.0 * (instant % 2) + 0.75 * (10.0 + instant), rtol=1e-6)
+        np.testing.assert_allclose(light[3], 100.0 * (instant % 2), rtol=1e-6)
 
 
 @pytest.mark.parametrize(
