@@ -1,4 +1,4 @@
-"""The camera against its bars: frames per second of user CPU time on one thread, and how long a first frame takes.
+"""The camera against its bars: frames per second of CPU time on one thread, and how long a first frame takes.
 
 Two scenes: the reference scene (straight street with a crosswalk, houses, trees and lamps on both sides, four cars and
 two pedestrians), and a drive that the scenario sampler made. What is in view is printed with each.
@@ -18,7 +18,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from machine import cpu_name, user_s
+from machine import cpu_name, cpu_s
 from scenes import generated_drive, reference_scene, reference_street
 
 from pedcross_env.camera import Renderer, camera_pose, project
@@ -108,7 +108,7 @@ def work_of(renderer: Renderer, weather: Weather, kind: str) -> Callable[[Snapsh
     return sense
 
 
-def user_seconds_per_frame(
+def cpu_seconds_per_frame(
     work: Callable[[Snapshot, int], object], drive: list[Snapshot], seconds: float
 ) -> float:
     """Best of several passes: other programs on the machine only ever add."""
@@ -116,10 +116,10 @@ def user_seconds_per_frame(
         work(moment, k)
     best, end = float("inf"), time.perf_counter() + seconds
     while time.perf_counter() < end or best == float("inf"):
-        start = user_s()
+        start = cpu_s()
         for k, moment in enumerate(drive):
             work(moment, k)
-        best = min(best, (user_s() - start) / len(drive))
+        best = min(best, (cpu_s() - start) / len(drive))
     return best
 
 
@@ -146,7 +146,7 @@ def main() -> None:
     )
     args = parser.parse_args()
     print(
-        f"{cpu_name()}; Python {platform.python_version()}; one thread, user CPU time, best pass of 20 frames"
+        f"{cpu_name()}; Python {platform.python_version()}; one thread, CPU time, best pass of 20 frames"
     )
     for scene in SCENES:
         renderer = Renderer(SMALL)
@@ -157,7 +157,7 @@ def main() -> None:
             renderer = Renderer(camera)
             street, drive = moments(scene, weather)
             renderer.load(street, weather)
-            cost_s = user_seconds_per_frame(work_of(renderer, weather, kind), drive, args.seconds)
+            cost_s = cpu_seconds_per_frame(work_of(renderer, weather, kind), drive, args.seconds)
             print(
                 f"  {name:52s} {1 / cost_s:6.0f} /s  {1e3 * cost_s:6.2f} ms   bar {bar:3d} /s: "
                 f"{verdict(1 / cost_s >= bar)}",
