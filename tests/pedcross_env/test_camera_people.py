@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -163,6 +163,15 @@ def test_all_accessories_belong_to_the_pedestrian():
     }
     assert area["umbrella"] > 1.15 * area["none"]
     assert area["stroller"] > 1.15 * area["none"]
+
+
+@pytest.mark.parametrize("model", range(3))
+def test_there_is_room_for_whatever_anybody_wears_and_carries(model):
+    fullest = 0
+    for seed, accessory in product(range(250), ACCESSORIES[1:]):
+        body = person_of(model, seed, 1.75, accessory, True).body
+        fullest = max(fullest, np.count_nonzero(body[:, 8]))
+    assert 64 < fullest < MAX_BODY
 
 
 def test_the_rain_only_puts_up_umbrellas():

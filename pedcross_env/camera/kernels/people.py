@@ -21,7 +21,7 @@ from pedcross_env.camera.kernels.pose import FRAMES, pose_body
 
 __all__ = ["MAX_BODY", "PART_SIZE", "draw_pedestrian", "people_work", "retro_coefficient"]
 
-MAX_BODY = 64  # capsules of one person with all that it wears and carries
+MAX_BODY = 80  # capsules of one person with all that it wears and carries
 # a part: frame, x, y, z of either end, radius at either end (shares of the height), albedo r, g, b, cd/(lx m2) of retro-reflection at
 # 0.2 degrees, pixels per body height below which it is left out
 P_RADIUS, P_ALBEDO, P_RETRO, P_FINE, PART_SIZE = 8, 10, 13, 14, 15
