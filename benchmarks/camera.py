@@ -145,9 +145,7 @@ def main() -> None:
         "--no-start", action="store_true", help="leave out the first frame of a fresh process"
     )
     args = parser.parse_args()
-    print(
-        f"{cpu_name()}; Python {platform.python_version()}; one thread, CPU time, best pass of 20 frames"
-    )
+    print(f"{cpu_name()}; Python {platform.python_version()}; one thread, CPU time, best pass of 20 frames")
     for scene in SCENES:
         renderer = Renderer(SMALL)
         street, drive = moments(scene, CLEAR)

@@ -6,6 +6,7 @@ in a process: workers get a model by importing the module that registers it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
@@ -13,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from pedcross_env.camera.kernels.scene import REACH, REACH_M
 from pedcross_env.config import require
 from pedcross_env.errors import unknown_name
 from pedcross_env.scenario.scenario import VEHICLE_MODELS
@@ -208,9 +210,13 @@ class ModelBuilder:
             height_m: Along z.
 
         Raises:
-            ConfigError: If it has no part, or more faces than the kernels have room for.
+            ConfigError: If it has no part, more faces than the kernels have room for, or reaches far out of its size.
         """
         require(bool(self._parts), "model", "no parts", "built of one part or more")
+        reach = max(math.dist(point, (0.0, 0.0, 0.5 * height_m)) for point in self._points)
+        most = REACH * math.hypot(length_m, width_m, height_m) + REACH_M
+        require(reach <= most, "model's reach from the middle of its size (m)", reach,
+                f"at most {most:.2f} for {length_m} x {width_m} x {height_m} m: beyond it nothing is drawn; give it its true size")  # fmt: skip
         for faces in self._parts:
             require(
                 len(faces) <= FACES_AT_MOST,

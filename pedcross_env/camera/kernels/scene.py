@@ -28,11 +28,13 @@ from pedcross_env.camera.kernels.rows import F0, composite_row, fill_row, mean_d
 from pedcross_env.camera.kernels.vehicles import draw_vehicle, vehicle_work
 from pedcross_env.camera.kernels.visible import move_outlines, outline_walls, visible_parts, visible_work
 
-__all__ = ["ROOF_KIND", "draw_scene"]
+__all__ = ["BODY_REACH_M", "REACH", "REACH_M", "ROOF_KIND", "draw_scene"]
 
 NOWHERE = 1 << 30
 ROOF_KIND = 3  # besides contracts.ActorKind: bodies that belong to the houses
 MAX_PRIMITIVES = 64  # of one body or group
+# Of an actor's size's diagonal, and metres: how far it reaches from its middle. Nothing is drawn beyond.
+REACH, REACH_M, BODY_REACH_M = 0.55, 0.3, 0.9  # the last: of a pedestrian with what it carries or pushes
 EAVES_M = 0.5  # more than a roof reaches beyond its walls
 TIE_M2 = 1e-5  # keeps walls that share a corner in the same order, whatever the rounding
 LUMA_R, LUMA_G, LUMA_B = 0.2126, 0.7152, 0.0722
@@ -338,8 +340,8 @@ def draw_scene(
         if actors[i, 6] <= 0.0:  # furniture too far away, or of another layer
             continue
         _to_camera(rotation, camera, actors[i, 0], actors[i, 1], actors[i, 2] + 0.5 * actors[i, 8], centre)
-        radius = 0.5 * math.sqrt(actors[i, 6] ** 2 + actors[i, 7] ** 2 + actors[i, 8] ** 2) * 1.1 + 0.3
-        radius += 0.6 if idents[i, 1] != 1 else 0.0  # what a pedestrian carries or pushes
+        diagonal = math.sqrt(actors[i, 6] ** 2 + actors[i, 7] ** 2 + actors[i, 8] ** 2)
+        radius = REACH * diagonal + (REACH_M if idents[i, 1] == 1 else BODY_REACH_M)
         if _visible(centre, radius, optics, size):
             keys[i] = centre[2] - 0.5 * actors[i, 6]
             _store(_window(centre, radius, optics, size), windows[i])
