@@ -213,10 +213,6 @@ class ModelBuilder:
             ConfigError: If it has no part, more faces than the kernels have room for, or reaches far out of its size.
         """
         require(bool(self._parts), "model", "no parts", "built of one part or more")
-        reach = max(math.dist(point, (0.0, 0.0, 0.5 * height_m)) for point in self._points)
-        most = REACH * math.hypot(length_m, width_m, height_m) + REACH_M
-        require(reach <= most, "model's reach from the middle of its size (m)", reach,
-                f"at most {most:.2f} for {length_m} x {width_m} x {height_m} m: beyond it nothing is drawn; give it its true size")  # fmt: skip
         for faces in self._parts:
             require(
                 len(faces) <= FACES_AT_MOST,
@@ -226,6 +222,10 @@ class ModelBuilder:
             )
             corners = max(len(face[0]) for face in faces)
             require(corners <= CORNERS_AT_MOST, "corners of a face", corners, f"at most {CORNERS_AT_MOST}")
+        reach = max(math.dist(point, (0.0, 0.0, 0.5 * height_m)) for point in self._points)
+        most = REACH * math.hypot(length_m, width_m, height_m) + REACH_M
+        require(reach <= most, "model's reach from the middle of its size (m)", reach,
+                f"at most {most:.2f} for {length_m} x {width_m} x {height_m} m: beyond it nothing is drawn; give it its true size")  # fmt: skip
         parts = tuple(tuple((tuple(f), m, d) for f, m, d in part) for part in self._parts)
         return Model(Size(length_m, width_m, height_m), tuple(self._points), parts)
 

@@ -208,7 +208,7 @@ def _twisted(turn_deg):
     more = np.deg2rad(turn_deg)
     builder = ModelBuilder()
     builder.loft(
-        [[(np.cos(t), np.sin(t), -1.0) for t in turns], [(np.cos(t + more), np.sin(t + more), 1.0) for t in turns]], 0,
+        [[(np.cos(t), np.sin(t), 0.0) for t in turns], [(np.cos(t + more), np.sin(t + more), 2.0) for t in turns]], 0,
     )  # fmt: skip
     return builder.build(2.0, 2.0, 2.0)
 
