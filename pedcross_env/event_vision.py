@@ -14,7 +14,7 @@ from pedcross_env.camera import Layer, Picture, Seen, whole_picture
 from pedcross_env.config import EnvConfig
 from pedcross_env.contracts import EVENT_DTYPE, Frame, Snapshot
 from pedcross_env.flow import image_flow_px
-from pedcross_env.layering import Cadence, cadences, pictures_of, renders_of
+from pedcross_env.layering import Cadence, Pictures, cadences, renders_of
 from pedcross_env.sensors import causes, dvs
 from pedcross_env.sensors.dvs_pictures import count_pictures, log_picture
 from pedcross_env.view import View
@@ -202,14 +202,13 @@ class EventVision:
         renderer, far = self._view.renderer, [part.layer for part in parts[1:]]
         first = self._far if self._far_key == _key(far, before.time_s) else renderer.layers(before, far)
 
-        def render(instant: int, layers: list[Layer]) -> list[Seen]:
-            seen = renderer.layers(moments[instant - 1], layers)
-            if instant == len(moments):
-                self._far, self._far_key = seen[1:], _key(far, moments[-1].time_s)
-            return seen
+        def render(instant: int, layers: list[Layer], *, passing: bool) -> list[Seen]:
+            return renderer.layers(moments[instant - 1], layers, passing=passing)
 
-        for picture in pictures_of(parts, first, len(moments), render):
+        pictures = Pictures(parts, first, len(moments), render)
+        for picture in pictures:
             yield picture, None
+        self._far, self._far_key = pictures.far, _key(far, moments[-1].time_s)
 
     def _picture(
         self, snapshot: Snapshot, interval_s: float, depth: np.ndarray | None

@@ -9,9 +9,8 @@ event camera.
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -30,7 +29,7 @@ from pedcross_env.camera import (
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import ActorKind, Snapshot
 
-__all__ = ["Cadence", "cadences", "layer_motion_px", "pictures_of", "renders_of"]
+__all__ = ["Cadence", "Pictures", "cadences", "layer_motion_px", "renders_of"]
 
 PLANES_M = (19.0, 40.0)  # ahead of the camera: where layers part, at the least
 GRID_M = 5.0  # of the places along the street that planes keep while the camera comes nearer
@@ -200,32 +199,53 @@ def _corners(actors: np.ndarray, around: Surroundings) -> np.ndarray:
     return points
 
 
-def pictures_of(
-    parts: Sequence[Cadence],
-    first: Sequence[Seen],
-    instants: int,
-    render: Callable[[int, list[Layer]], list[Seen]],
-) -> Iterator[Picture]:
-    """Put a step's pictures together from layers, each rendered at some of its instants and straight in between.
+class Render(Protocol):
+    """Gives layers at an instant of a step, counted from 1."""
+
+    def __call__(self, instant: int, layers: list[Layer], *, passing: bool) -> list[Seen]:
+        """Render; with ``passing``, what it gives need only last to the next call."""
+
+
+class Pictures:
+    """A step's pictures put together from layers, each rendered at some of its instants and straight in between.
+
+    What is nearest is rendered when its picture is due, after what is behind it, and looked at while it is in the
+    processor's cache.
 
     Args:
         parts: The layers, the nearest first.
         first: The layers behind the nearest one at the step's start.
         instants: Number of instants that follow; all layers are rendered at the last one.
-        render: Gives layers at an instant, counted from 1.
+        render: Renders.
 
-    Yields:
-        The picture at each instant.
+    Attributes:
+        far: The layers behind the nearest one as they were rendered last.
     """
-    looks = [deque([_Look(0, seen)]) for seen in (Seen(*np.empty((2, 0, 0), np.float32)), *first)]
-    shown = 0
-    for instant in range(1, instants + 1):
-        due = [k for k, part in enumerate(parts) if instant % part.stride == 0 or instant == instants]
-        for k, seen in zip(due, render(instant, [parts[k].layer for k in due]), strict=True):
-            looks[k].append(_Look(instant, seen))
-        while shown < min(look[-1].instant for look in looks):
-            shown += 1
-            yield picture_of([_at(shown, look) for look in looks])
+
+    def __init__(
+        self, parts: Sequence[Cadence], first: Sequence[Seen], instants: int, render: Render
+    ) -> None:
+        self._parts, self._instants, self._render = parts, instants, render
+        self.far = list(first)
+
+    def __iter__(self) -> Iterator[Picture]:
+        """Give the picture at each instant, which lasts until the next one is asked for."""
+        near, *behind = self._parts
+        spans = [(_Look(0, seen), _Look(0, seen)) for seen in self.far]
+        kept: dict[int, Seen] = {}
+        for instant in range(1, self._instants + 1):
+            due: dict[int, list[int]] = {}
+            for k, (_, end) in enumerate(spans):
+                if end.instant < instant:
+                    due.setdefault(min(self._instants, end.instant + behind[k].stride), []).append(k)
+            for at, places in due.items():
+                layers = [near.layer, *(behind[k].layer for k in places)]
+                kept[at], *found = self._render(at, layers, passing=False)
+                for k, seen in zip(places, found, strict=True):
+                    spans[k] = spans[k][1], _Look(at, seen)
+                    self.far[k] = seen
+            seen = kept.pop(instant) if instant in kept else self._render(instant, [near.layer], passing=True)[0]
+            yield picture_of([(seen, seen, 0.0), *(_at(instant, *span) for span in spans)])
 
 
 class _Look(NamedTuple):
@@ -235,14 +255,13 @@ class _Look(NamedTuple):
     seen: Seen
 
 
-def _at(instant: int, looks: deque[_Look]) -> tuple[Seen, Seen, float]:
-    """Drop renders that are past; return those before and after an instant, and where between them it lies."""
-    while looks[1].instant < instant:
-        looks.popleft()
-    (start, first), (end, last) = looks[0], looks[1]
-    return (last, last, 0.0) if instant == end else (first, last, (instant - start) / (end - start))
+def _at(instant: int, start: _Look, end: _Look) -> tuple[Seen, Seen, float]:
+    """Two renders and where between them an instant lies."""
+    if instant == end.instant:
+        return end.seen, end.seen, 0.0
+    return start.seen, end.seen, (instant - start.instant) / (end.instant - start.instant)
 
 
 def renders_of(parts: Sequence[Cadence], instants: int) -> int:
-    """Number of renders that ``pictures_of`` asks for."""
+    """Number of renders that ``Pictures`` asks for."""
     return sum(-(-instants // part.stride) for part in parts)

@@ -99,6 +99,7 @@ class Renderer:
             np.zeros(3), np.zeros(513, np.float32), np.zeros(18, np.float32), np.zeros(4, np.int64), np.zeros((4, 3), np.float32),
         )  # fmt: skip
         self._nobody = (np.zeros((1, 1), np.float32), np.zeros((1, 1), np.int32))
+        self._passing = np.empty((h, w), np.float32)
         self._glare, self._sky = Glare(w, h), Sky(self._view)
         self._tables = _beam_tables()
         self._table = self._tables[0]
@@ -240,12 +241,15 @@ class Renderer:
             return False
         return self._weather.wetness <= 0 and not self._glare.dazzled(pose)
 
-    def layers(self, snapshot: Snapshot, layers: Sequence[Layer]) -> list[Seen]:
+    def layers(
+        self, snapshot: Snapshot, layers: Sequence[Layer], *, passing: bool = False
+    ) -> list[Seen]:
         """Render the luminance of layers of the scene, each alone.
 
         Args:
             snapshot: Ego and actors.
             layers: Which parts.
+            passing: Whether a single one is wanted until the next call of the renderer: it then stays in the same memory.
 
         Raises:
             ConfigError: Before ``load``, and where ``by_layers`` does not hold.
@@ -257,10 +261,15 @@ class Renderer:
             )
         seen = []
         for layer in layers:
-            out = np.zeros((1, min(layer.rows, moment.pose.height_px), moment.pose.width_px), np.float32)
+            shape = min(layer.rows, moment.pose.height_px), moment.pose.width_px
+            if passing:
+                out = _part(self._passing, (1, *shape))
+                out.fill(0)
+            else:
+                out = np.zeros((1, *shape), np.float32)
             self._draw(moment, layer, out, *self._nobody, False, UNFINISHED)
-            cover = _part(self._canvas[0], out.shape[1:])
-            seen.append(Seen(out[0], cover[: layer.ground_row].copy()))
+            cover = _part(self._canvas[0], shape)[: layer.ground_row]
+            seen.append(Seen(out[0], cover if passing else cover.copy()))
         return seen
 
     def _moment(self, snapshot: Snapshot, light: Light) -> _Moment:

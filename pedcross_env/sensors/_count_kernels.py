@@ -11,6 +11,7 @@ from pedcross_env.camera.kernels.jit import exact_entry, exact_kernel
 from pedcross_env.camera.kernels.layers import lay
 from pedcross_env.sensors._dvs_kernels import live
 from pedcross_env.sensors._dvs_maths import log_tile
+from pedcross_env.sensors._noise_kernels import draw_noise
 
 __all__ = ["TILE", "count_events", "log_picture"]
 
@@ -38,8 +39,8 @@ def _count(end, reference, on_step, off_step, pairs):
 
 
 @exact_entry
-def count_events(layers, floor, log_frame, reference, levels, interval, noise, counts, pairs, work):
-    """Move every pixel to the next picture.
+def count_events(layers, floor, log_frame, reference, levels, interval, source, room, counts, pairs, work):
+    """Move every pixel to the next picture; return the number of noise events, with nothing done if there is no room for them.
 
     Args:
         layers: The picture, see kernels.layers.
@@ -48,10 +49,16 @@ def count_events(layers, floor, log_frame, reference, levels, interval, noise, c
         reference: (N,) changed in place.
         levels: ON and OFF thresholds, and no leak: float32, all of one value or all of (N,).
         interval: Start, length and refractory period in ns (float64): the last is 0.
-        noise: Pixels (int32), times from the start in ns (float64) and codes of events, sorted by pixel.
+        source: Of noise, see draw_noise: nominal thresholds, shot noise, hot pixels, key.
+        room: Written: pixels (int32), times from the start in ns (float64) and codes (uint8) of noise events.
         counts: (N, 2) uint8 to be added to; pairs: (N,) uint16, the same memory.
         work: (7, TILE) and, of 64-bit integers, (TILE,).
     """
+    nominal, shot, hot, key = source
+    fired = draw_noise(log_frame, (levels[0], levels[1]), nominal, shot, hot, interval[1], key, *room)
+    if fired > room[0].size:
+        return fired
+    noise = room[0][:fired], room[1][:fired], room[2][:fired]
     planes, noisy = work
     shared = levels[0].size == 1
     if shared:
@@ -89,6 +96,7 @@ def count_events(layers, floor, log_frame, reference, levels, interval, noise, c
         _count(end, level, on_step, off_step, pairs[begin:stop])
         for h in range(held):
             reference[noisy[h]] = set_aside[h]
+    return fired
 
 
 @exact_entry

@@ -37,7 +37,6 @@ from pedcross_env.sensors.intensity import log_luminance
 __all__ = [
     "DvsState",
     "add_counts",
-    "draw_noise",
     "initial_state",
     "log_luminance",
     "step",
@@ -105,12 +104,12 @@ def _run_ours(
         (state.photoreceptor.reshape(-1), photoreceptor.reshape(-1), state.reference.reshape(-1)),
         (state.positive_threshold, state.negative_threshold, state.leak_per_s), state.drift, state.last_event_s,
         (reference.reshape(-1), last_event_s, drift), (state.time_ns, dt_ns, float(config.refractory_ns)),
-        draw_noise(state, dt_ns, config), counts, keys, _index_bits(log_frame.size), work,
+        _noise(state, dt_ns, config), counts, keys, _index_bits(log_frame.size), work,
     )  # fmt: skip
     return _advanced(state, log_frame, photoreceptor, reference, last_event_s, drift, time_ns), found
 
 
-def draw_noise(state: DvsState, dt_ns: float, config: DvsConfig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _noise(state: DvsState, dt_ns: float, config: DvsConfig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Noise events of the interval: pixels, times from its start, codes."""
     mean = config.shot_hz * noise_kernels.MOST_BY_THRESHOLD * state.log_frame.size + float(state.hot_hz.sum())
     room = int(mean * dt_ns * 1e-9 + 8 * math.sqrt(mean * dt_ns * 1e-9)) + 16 if mean > 0 else 0

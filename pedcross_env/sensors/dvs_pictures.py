@@ -6,16 +6,18 @@ counting thresholds are one pass over each picture.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from pedcross_env.camera.layers import Picture
+from pedcross_env.hashing import child_key
 from pedcross_env.sensors import _count_kernels as kernels
-from pedcross_env.sensors.dvs import draw_noise, step_counts
+from pedcross_env.sensors.dvs import step_counts
 from pedcross_env.sensors.dvs_config import DvsConfig
-from pedcross_env.sensors.dvs_state import DvsState
+from pedcross_env.sensors.dvs_state import FRAME_STREAMS, DvsState
 
 __all__ = ["count_pictures", "log_picture"]
 
@@ -59,19 +61,32 @@ def count_pictures(
             state = step_counts(state, log_picture(picture, shape, floor), time_ns, config, counts)
         return state
     log_frame, reference = state.log_frame.copy(), state.reference.copy()
-    state = replace(state, log_frame=log_frame, photoreceptor=log_frame, reference=reference)
     flat = log_frame.reshape(-1), reference.reshape(-1)
     levels = state.positive_threshold, state.negative_threshold, state.leak_per_s
     tallies = counts.reshape(-1, 2), counts.reshape(-1).view(np.uint16)
     work = np.empty((7, kernels.TILE), np.float32), np.empty(kernels.TILE, np.int64)
+    nominal = float(config.positive_threshold), float(config.negative_threshold)
+    shot, hot = (float(config.shot_hz), math.log(config.shot_half_cd_m2)), (state.hot_pixels, state.hot_hz)
+    room, now_ns, frame = _room(16), state.time_ns, state.frame
     for picture, time_ns in pictures:
-        dt_ns = float(time_ns - state.time_ns)
-        interval = state.time_ns, dt_ns, 0.0
-        noise = draw_noise(state, dt_ns, config)
-        kernels.count_events(picture, np.float32(floor), *flat, levels, interval, noise, *tallies, work)
-        state = replace(state, time_ns=time_ns, frame=state.frame + 1)
+        interval = now_ns, float(time_ns - now_ns), 0.0
+        source = nominal, shot, hot, child_key(state.key, FRAME_STREAMS + frame)
+        while True:
+            done = picture, np.float32(floor), *flat, levels, interval, source, room, *tallies, work
+            found = kernels.count_events(*done)
+            if found <= len(room[0]):
+                break
+            room = _room(found)
+        now_ns, frame = time_ns, frame + 1
     log_frame.flags.writeable = False
-    return state
+    return replace(
+        state, log_frame=log_frame, photoreceptor=log_frame, reference=reference, time_ns=now_ns, frame=frame,
+    )  # fmt: skip
+
+
+def _room(events: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """For so many events of noise: their pixels, times and codes."""
+    return np.empty(events, np.int32), np.empty(events, np.float64), np.empty(events, np.uint8)
 
 
 def _counts_only(config: DvsConfig) -> bool:

@@ -9,7 +9,7 @@ from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import ACTOR_DTYPE, Snapshot
 from pedcross_env.env import CrossingEnv
 from pedcross_env.errors import ConfigError
-from pedcross_env.layering import Cadence, cadences, layer_motion_px, pictures_of, renders_of
+from pedcross_env.layering import Cadence, Pictures, cadences, layer_motion_px, renders_of
 from pedcross_env.sensors.dvs_pictures import log_picture
 from pedcross_env.weather import Weather
 
@@ -130,17 +130,20 @@ def test_pictures_run_straight_between_renders_of_each_layer() -> None:
         cover[1] = 0.25
         return Seen(cover * np.float32(100 * (instant % 2)), cover)
 
-    def render(instant: int, layers: list[Layer]) -> list[Seen]:
+    def render(instant: int, layers: list[Layer], *, passing: bool) -> list[Seen]:
+        if passing:
+            np.copyto(passed.luminance, look(instant, layers[0]).luminance)
+            return [passed]
         return [look(instant, layer) for layer in layers]
 
-    pictures = [
-        log_picture(picture, (4, 5), 0.5)
-        for picture in pictures_of([near, far], [look(0, far.layer)], 8, render)
-    ]
-    assert [instant for instant, row in asked if row == 2] == [1, 2, 3, 4, 5, 6, 7, 8]
+    passed = look(0, near.layer)
+    pictures = Pictures([near, far], [look(0, far.layer)], 8, render)
+    seen = [log_picture(picture, (4, 5), 0.5) for picture in pictures]
+    assert sorted(instant for instant, row in asked if row == 2) == [0, 1, 2, 3, 4, 5, 6, 7, 8]
     assert [instant for instant, row in asked if row == 0] == [0, 3, 6, 8]
+    assert pictures.far[0].luminance[0, 0] == 18.0
     assert renders_of([near, far], 8) == 11
-    for instant, picture in enumerate(pictures, 1):
+    for instant, picture in enumerate(seen, 1):
         light = np.exp(picture) - 0.5
         np.testing.assert_allclose(light[0], 10.0 + instant, rtol=1e-6)
         np.testing.assert_allclose(light[1], 25.0 * (instant % 2) + 0.75 * (10.0 + instant), rtol=1e-6)
