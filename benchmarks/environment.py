@@ -76,9 +76,9 @@ def watch_renders(env: CrossingEnv, spent: Spent) -> None:
         setattr(spent, name, getattr(spent, name) + time.process_time() - start)
         return frame
 
-    def timed_layers(*arguments: Any) -> Any:
+    def timed_layers(*arguments: Any, **options: Any) -> Any:
         start = time.process_time()
-        seen = layers(*arguments)
+        seen = layers(*arguments, **options)
         spent.events_s += time.process_time() - start
         return seen
 

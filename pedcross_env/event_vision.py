@@ -84,8 +84,7 @@ class EventVision:
 
     def __init__(self, config: EnvConfig, view: View, seed: int, memory: Any = None) -> None:
         self._config, self._view = config, view
-        self._far: list[Seen] = []  # as the last step left them: what the next one would render again
-        self._far_key: Any = None
+        self._far: dict[Any, Seen] = {}  # as the last step left them: what the next one would render again
         if memory is not None:
             self._state, self._trace = memory
             return
@@ -200,7 +199,9 @@ class EventVision:
     ) -> Iterator[tuple[Picture, None]]:
         """Give the picture at each moment, rendered in layers."""
         renderer, far = self._view.renderer, [part.layer for part in parts[1:]]
-        first = self._far if self._far_key == _key(far, before.time_s) else renderer.layers(before, far)
+        lacking = [layer for layer in far if _key(layer, before.time_s) not in self._far]
+        rendered = iter(renderer.layers(before, lacking) if lacking else [])
+        first = [self._far.get(_key(layer, before.time_s)) or next(rendered) for layer in far]
 
         def render(instant: int, layers: list[Layer], *, passing: bool) -> list[Seen]:
             return renderer.layers(moments[instant - 1], layers, passing=passing)
@@ -208,7 +209,8 @@ class EventVision:
         pictures = Pictures(parts, first, len(moments), render)
         for picture in pictures:
             yield picture, None
-        self._far, self._far_key = pictures.far, _key(far, moments[-1].time_s)
+        end_s = moments[-1].time_s
+        self._far = {_key(layer, end_s): seen for layer, seen in zip(far, pictures.far, strict=True)}
 
     def _picture(
         self, snapshot: Snapshot, interval_s: float, depth: np.ndarray | None
@@ -247,7 +249,6 @@ def _ns(snapshot: Snapshot) -> int:
     return round(snapshot.time_s * 1e9)
 
 
-def _key(layers: Sequence[Layer], time_s: float) -> Any:
-    """What a render of layers depends on."""
-    parts = [(*layer[:4], None if layer.actors is None else layer.actors.tobytes()) for layer in layers]
-    return time_s, parts
+def _key(layer: Layer, time_s: float) -> Any:
+    """What a render of a layer depends on."""
+    return time_s, *layer[:4], None if layer.actors is None else layer.actors.tobytes()

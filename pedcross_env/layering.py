@@ -8,6 +8,7 @@ event camera.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, Protocol
@@ -31,13 +32,17 @@ from pedcross_env.contracts import ActorKind, Snapshot
 
 __all__ = ["Cadence", "Pictures", "cadences", "layer_motion_px", "renders_of"]
 
-PLANES_M = (19.0, 40.0)  # ahead of the camera: where layers part, at the least
+PLANES_M = (12.0, 19.0, 28.0, 40.0, 60.0)  # ahead of the camera: where layers may part, at the least
 GRID_M = 5.0  # of the places along the street that planes keep while the camera comes nearer
-# What rendering a picture's layers costs, of the whole: nearer than the first plane, between them, beyond the second.
-COSTS = np.array([0.45, 0.33, 0.53])
-RENDER_COST = 0.1  # and what each render of a layer costs besides
+# What rendering costs, in renders of the whole scene: what is nearer than each plane, and what each layer adds.
+NEARER = (0.24, 0.36, 0.47, 0.57, 0.68)
+BETWEEN, BEYOND = 0.05, 0.09  # of a layer that others lie behind, and of the farthest
+LAID = 0.02  # of putting a layer more into each picture
+WAYS = tuple(
+    itertools.chain.from_iterable(itertools.combinations(range(len(PLANES_M)), n) for n in (1, 2, 3))
+)
 REACH_M = 1.0  # how far limbs of trees and furniture reach out of their layer
-MOST_STRIDE = 8  # so that few pictures of what is near wait for the next render of what is far
+MOST_STRIDE = 16
 YAW_RAD = 0.1  # of the camera, up to which planes across the street part what is near from what is far
 LIMBS = 2.0  # legs and arms swing up to so many times as fast, against the body, as the body walks
 CARRIED_M = {ActorKind.VEHICLE: 0.3, ActorKind.PEDESTRIAN: 1.2}  # mirrors; bags, umbrellas, strollers
@@ -80,17 +85,16 @@ def cadences(
         The layers, the nearest first; a single one where parting gains nothing.
     """
     poses = camera_pose(camera, before.ego), camera_pose(camera, after.ego)
-    ways: list[tuple[float, list[float], list[int]]] = [(float(instants), [], [])]
+    planes: list[float] = []
+    strides: list[int] = []
     if max(abs(_yaw(pose)) for pose in poses) <= YAW_RAD:
-        planes = [GRID_M * math.ceil((poses[0].origin[0] + ahead) / GRID_M) for ahead in PLANES_M]
-        motion = layer_motion_px(poses, around, before, after, planes)
+        places = [GRID_M * math.ceil((poses[0].origin[0] + ahead) / GRID_M) for ahead in PLANES_M]
+        motion = layer_motion_px(poses, around, before, after, places)
         longest = min(instants, MOST_STRIDE)
-        strides = [int(min(longest, max(1.0, instants * most_px / max(px, 1e-9)))) for px in motion]
-        for kept in ((0,), (1,), (0, 1)):
-            parted = RENDER_COST + np.add.reduceat(COSTS, [0, *(k + 1 for k in kept)])
-            renders = np.array([instants, *(-(-instants // strides[k]) for k in kept)])
-            ways.append((float(parted @ renders), [planes[k] for k in kept], [strides[k] for k in kept]))
-    _, planes, strides = min(ways)
+        every = [int(min(longest, max(1.0, instants * most_px / max(px, 1e-9)))) for px in motion]
+        cost, way = min((_cost(way, every, instants), way) for way in WAYS)
+        if cost < instants:
+            planes, strides = [places[k] for k in way], [every[k] for k in way]
     rows = [camera.height_px, *(_rows_to(poses, camera, plane) for plane in planes)]
     bounds = [NEAREST, *(around.border(plane) for plane in planes), FARTHEST]
     y, lengths = before.actors["y"], np.hypot(before.actors["length"], before.actors["width"])
@@ -101,6 +105,17 @@ def cadences(
             bounds[:-1], bounds[1:], rows, [*rows[1:], 0], [1, *strides], strict=True
         )
     ]
+
+
+def _cost(way: tuple[int, ...], strides: Sequence[int], instants: int) -> float:
+    """What a step's pictures cost if the scene is parted at some of the planes."""
+    borders = [*(NEARER[k] for k in way), 1.0 + BEYOND - BETWEEN]
+    renders = [-(-instants // strides[k]) for k in way]
+    behind = sum(
+        number * (end - start + BETWEEN)
+        for number, (start, end) in zip(renders, itertools.pairwise(borders), strict=True)
+    )
+    return behind + instants * (borders[0] + LAID * len(way))
 
 
 def layer_motion_px(
@@ -239,12 +254,17 @@ class Pictures:
                 if end.instant < instant:
                     due.setdefault(min(self._instants, end.instant + behind[k].stride), []).append(k)
             for at, places in due.items():
-                layers = [near.layer, *(behind[k].layer for k in places)]
-                kept[at], *found = self._render(at, layers, passing=False)
+                layers = [behind[k].layer for k in places]
+                if at in kept:
+                    found = self._render(at, layers, passing=False)
+                else:
+                    kept[at], *found = self._render(at, [near.layer, *layers], passing=False)
                 for k, seen in zip(places, found, strict=True):
                     spans[k] = spans[k][1], _Look(at, seen)
                     self.far[k] = seen
-            seen = kept.pop(instant) if instant in kept else self._render(instant, [near.layer], passing=True)[0]
+            seen = (
+                kept.pop(instant) if instant in kept else self._render(instant, [near.layer], passing=True)[0]
+            )
             yield picture_of([(seen, seen, 0.0), *(_at(instant, *span) for span in spans)])
 
 

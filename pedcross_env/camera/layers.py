@@ -105,7 +105,7 @@ def in_layer(cast: Cast, layer: Layer) -> np.ndarray:
 Picture = tuple[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.float32], ...]
 """Layers put one before the other, as kernels.layers takes them."""
 
-MOST_LAYERS = 3
+MOST_LAYERS = 4
 _NOTHING = np.empty(0, np.float32)
 _NO_LAYER = _NOTHING, _NOTHING, _NOTHING, _NOTHING, np.float32(0)
 

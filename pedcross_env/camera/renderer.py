@@ -241,9 +241,7 @@ class Renderer:
             return False
         return self._weather.wetness <= 0 and not self._glare.dazzled(pose)
 
-    def layers(
-        self, snapshot: Snapshot, layers: Sequence[Layer], *, passing: bool = False
-    ) -> list[Seen]:
+    def layers(self, snapshot: Snapshot, layers: Sequence[Layer], *, passing: bool = False) -> list[Seen]:
         """Render the luminance of layers of the scene, each alone.
 
         Args:

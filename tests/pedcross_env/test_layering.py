@@ -150,6 +150,26 @@ def test_pictures_run_straight_between_renders_of_each_layer() -> None:
         np.testing.assert_allclose(light[3], 100.0 * (instant % 2), rtol=1e-6)
 
 
+def test_each_layer_is_rendered_once_at_an_instant_and_what_is_behind_comes_first() -> None:
+    layers = [Layer(NEAREST, FARTHEST, 4, row, None) for row in (3, 2, 1, 0)]
+    parts = [Cadence(layer, stride) for layer, stride in zip(layers, (1, 2, 3, 6), strict=True)]
+    asked: list[tuple[int, int]] = []
+
+    def render(instant: int, wanted: list[Layer], *, passing: bool) -> list[Seen]:
+        assert not passing or len(wanted) == 1
+        asked.extend((3 - layer.ground_row, instant) for layer in wanted)
+        return [Seen(*np.zeros((2, 4, 5), np.float32)) for _ in wanted]
+
+    for shown, _ in enumerate(Pictures(parts, render(0, layers[1:], passing=False), 10, render), 1):
+        for k, part in enumerate(parts):
+            assert max(instant for layer, instant in asked if layer == k) >= shown
+            assert max(instant for layer, instant in asked if layer == k) < shown + 6, part
+    expected = {k: {*range(0, 10, part.stride), 10} for k, part in enumerate(parts)}
+    expected[0].remove(0)
+    assert sorted(asked) == sorted((k, instant) for k, instants in expected.items() for instant in instants)
+    assert renders_of(parts, 10) == len(asked) - 3  # those at the start are of the step before
+
+
 @pytest.mark.parametrize(
     "weather", [NIGHT, Weather(wetness=0.3), Weather(sun_altitude_deg=6.0, sun_azimuth_deg=0.0)]
 )
