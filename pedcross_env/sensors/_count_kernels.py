@@ -40,7 +40,7 @@ def _count(end, reference, on_step, off_step, pairs):
 
 @exact_entry
 def count_events(layers, floor, log_frame, reference, levels, interval, source, room, counts, pairs, work):
-    """Move every pixel to the next picture; return the number of noise events, nothing done if there is no room for them.
+    """Move every pixel to the next picture; return the number of noise events; if there is no room for them do nothing.
 
     Args:
         layers: The picture, see kernels.layers.
