@@ -120,8 +120,8 @@ def _raindrops(rain_mm_h: float, key: np.uint64) -> _Drops:
     low, high = edges[:-1].copy(), edges[1:].copy()
     slope = _slope_per_mm(rain_mm_h)
     below = np.array([math.exp(-slope * edge) for edge in edges])
-    # Mean diameter of the class: all its drops fall at one speed, as its cells do. In a trace of rain the density of large drops is
-    # less than a number can tell: only its ratio across the class is used.
+    # Mean diameter of the class: all its drops fall at one speed, as its cells do. In a trace of rain the density of
+    # large drops is less than a number can tell: only its ratio across the class is used.
     steep = np.exp(-slope * (high - low))
     mean_mm = low + 1.0 / slope - (high - low) * steep / (1.0 - steep)
     return _Drops(
