@@ -28,6 +28,7 @@ __all__ = [
 Point = tuple[float, float, float]
 CORNERS_AT_MOST, FACES_AT_MOST = 20, 96  # of a face, and of a part: what the kernels have room for
 FLAT_M = 1e-9  # what rounding leaves of corners in one plane
+BLUNT = np.cos(np.deg2rad(28.0))  # faces that meet at a smaller angle are lit as one bent sheet
 PAINTED, FINE = 1, 2  # face details: always there; only near by
 
 # albedo r, g, b, gloss, emission kind (0 none, 1 headlight, 2 tail and brake light)
@@ -35,7 +36,7 @@ _MATERIALS: list[tuple[float, float, float, float, float]] = [
     (0.00, 0.00, 0.00, 1.0, 0),  # 0 paint: colour from the actor's seed
     (0.008, 0.010, 0.011, 0.95, 0),  # 1 glass
     (0.020, 0.020, 0.022, 0.15, 0),  # 2 tyre
-    (0.34, 0.35, 0.36, 0.8, 0),  # 3 rim
+    (0.21, 0.215, 0.22, 0.6, 0),  # 3 rim
     (0.030, 0.030, 0.033, 0.4, 0),  # 4 trim, grille
     (0.45, 0.46, 0.48, 1.5, 1),  # 5 headlight
     (0.25, 0.012, 0.012, 1.0, 2),  # 6 tail light
@@ -296,6 +297,7 @@ class ModelTable:
         face_middle: (F, 3) mean of its corners.
         edge_beyond: (K,) for the edge from each of ``face_corners`` to its face's next: the face of the same polyhedron
             that shares it, -1 where none does (painted faces share none).
+        face_bend: (F, 3) normal that a face is lit by: bent towards those it meets at a blunt edge, as sheet metal is.
     """
 
     points: np.ndarray
@@ -310,6 +312,7 @@ class ModelTable:
     nominal: np.ndarray
     face_middle: np.ndarray
     edge_beyond: np.ndarray
+    face_bend: np.ndarray
 
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
@@ -358,6 +361,28 @@ def _beyond(part: Sequence[tuple[tuple[int, ...], int, int]], first: int) -> lis
     return beyond
 
 
+def _bent(
+    part: Sequence[tuple[tuple[int, ...], int, int]], planes: np.ndarray, beyond: Sequence[int], first: int
+) -> np.ndarray:
+    """Return (faces, 3) the normals that a part's faces are lit by: the mean, by area, with those beyond their blunt edges.
+
+    Args:
+        part: Its faces: corners, material, 0 if it bounds the part.
+        planes: (faces, 4) as ``ModelTable.face_plane``.
+        beyond: From ``_beyond``.
+        first: Number of the part's first face.
+    """
+    normals = planes[:, :3]
+    upright = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    bent, edge = normals.copy(), 0
+    for k, (face, material, _) in enumerate(part):
+        for other in (number - first for number in beyond[edge : edge + len(face)] if number >= 0):
+            if part[other][1] == material and upright[k] @ upright[other] > BLUNT:
+                bent[k] += normals[other]
+        edge += len(face)
+    return bent
+
+
 @lru_cache(maxsize=1)
 def model_table() -> ModelTable:
     """Build the table of all models registered so far."""
@@ -370,11 +395,13 @@ def model_table() -> ModelTable:
     planes: list[np.ndarray] = []
     middles: list[np.ndarray] = []
     beyond: list[int] = []
+    bends: list[np.ndarray] = []
     for model in models:
         points += model.points
         places = np.array(model.points)
         for part in model.parts:
-            beyond += _beyond(part, len(material))
+            own, first = _beyond(part, len(material)), len(material)
+            beyond += own
             for face, surface, painted in part:
                 corners += face
                 planes.append(_plane([model.points[i] for i in face]))
@@ -382,6 +409,7 @@ def model_table() -> ModelTable:
                 face_start.append(len(corners))
                 material.append(surface)
                 detail.append(painted)
+            bends.append(_bent(part, np.array(planes[first:]), own, first))
             part_faces.append(len(material))
         model_points.append(len(points))
         model_parts.append(len(part_faces) - 1)
@@ -389,7 +417,7 @@ def model_table() -> ModelTable:
     return ModelTable(
         np.array(points), as_int(model_points), as_int(model_parts), as_int(part_faces), as_int(face_start),
         as_int(corners), as_int(material), as_int(detail), np.array(planes), np.array([model.size for model in models]),
-        np.array(middles), as_int(beyond),
+        np.array(middles), as_int(beyond), np.concatenate(bends),
     )  # fmt: skip
 
 

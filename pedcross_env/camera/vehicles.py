@@ -106,20 +106,23 @@ def _cabin(
     """Add a cabin with windows and mirrors; ``x``: its range at the belt line; ``rake``: how far rear and front lean in."""
     x0, x1 = x
     rise = height - belt
-    t0, t1, upper = x0 + 0.82 * rake[0], x1 - 0.82 * rake[1], 0.79 * w
-    r0, r1, roof = x0 + rake[0] + 0.12, x1 - rake[1] - 0.16, 0.66 * w
+    t0, t1, upper = x0 + 0.82 * rake[0], x1 - 0.82 * rake[1], 0.77 * w
+    r0, r1, roof = x0 + rake[0] + 0.12, x1 - rake[1] - 0.16, 0.65 * w
+    sill = (
+        0.85 * w
+    )  # well within the body's upper edge: a narrower shoulder than a pixel would be seen here and hidden there
     z1 = belt + 0.84 * rise
 
     def ring(a: float, c: float, y: float, z: float) -> list[Point]:
         return [(a, -0.92 * y, z), (c, -y, z), (c, y, z), (a, 0.92 * y, z)]  # narrower at the rear
 
-    b.loft([ring(x0, x1, 0.91 * w, belt - 0.03), ring(t0, t1, upper, z1), ring(r0, r1, roof, height)], PAINT)
+    b.loft([ring(x0, x1, sill, belt - 0.03), ring(t0, t1, upper, z1), ring(r0, r1, roof, height)], PAINT)
 
     def at(s: float, t: float, side: float, wide: float = 1.0) -> Point:
         a, c = x0 + t * (t0 - x0), x1 + t * (t1 - x1)
         return (
             a + s * (c - a),
-            side * wide * (0.92 + 0.08 * s) * (0.91 * w + t * (upper - 0.91 * w)),
+            side * wide * (0.92 + 0.08 * s) * (sill + t * (upper - sill)),
             belt - 0.03 + t * (z1 - belt + 0.03),
         )
 
@@ -239,23 +242,37 @@ def _van(size: tuple[float, float, float]) -> Model:
     b = ModelBuilder()
     half, w, low = length / 2, width / 2, 0.28
     glass = 0.56 * height
+    wheel, front, rear = 0.34, half - 0.95, -half + 1.05
+    foot = ring(half - 0.95, low, 0.85, glass + 0.02, (0.96 * w, w, 0.90 * w))  # of the windscreen
     b.loft(
         [
-            ring(-half, low, 0.9, height - 0.06, (0.94 * w, 0.97 * w, 0.84 * w)),
-            ring(-half + 0.12, low, 0.9, height, (0.96 * w, w, 0.86 * w)),
-            ring(half - 1.75, low, 0.9, height, (0.96 * w, w, 0.86 * w)),
-            ring(half - 0.95, low, 0.85, glass + 0.02, (0.96 * w, w, 0.90 * w)),
+            foot,
             ring(half - 0.25, low, 0.80, glass - 0.22, (0.92 * w, 0.96 * w, 0.84 * w)),
             ring(half, low + 0.06, 0.70, glass - 0.48, (0.80 * w, 0.84 * w, 0.74 * w)),
         ],
         PAINT,
     )
-    wheel, front, rear = 0.34, half - 0.95, -half + 1.05
+    b.paint(_arch(front, 0.985 * w, wheel, low), DARK, mirror=True)
+    _square_front(b, half, w, glass - 0.62)
+    b.loft(
+        [
+            ring(-half, low, 0.9, height - 0.06, (0.94 * w, 0.97 * w, 0.84 * w)),
+            ring(-half + 0.12, low, 0.9, height, (0.96 * w, w, 0.86 * w)),
+            ring(half - 1.75, low, 0.9, height, (0.96 * w, w, 0.86 * w)),
+            foot,
+        ],
+        PAINT,
+    )
     for x in (front, rear):
         b.paint(_arch(x, 0.985 * w, wheel, low), DARK, mirror=True)
     b.paint([(half - 0.98, -0.80 * w, glass + 0.06), (half - 0.98, 0.80 * w, glass + 0.06), (half - 1.70, 0.76 * w, height - 0.08),
              (half - 1.70, -0.76 * w, height - 0.08)], GLASS)  # fmt: skip
-    _panes(b, (half - 2.2, half - 1.15), 1, (0.95 * w, 0.89 * w), (glass - 0.05, height - 0.34))
+    low_z, high_z = glass - 0.05, height - 0.34
+    front_x = [
+        half - 0.95 - 0.8 * (z - glass - 0.02) / (height - glass - 0.02) - 0.12 for z in (low_z, high_z)
+    ]
+    b.paint([(half - 2.2, 0.95 * w, low_z), (front_x[0], 0.95 * w, low_z), (front_x[1], 0.89 * w, high_z), (half - 2.2, 0.89 * w, high_z)],
+            GLASS, mirror=True)  # fmt: skip
     r = -half - 0.002
     b.paint(
         [(r, 0.08, glass), (r, 0.80 * w, glass), (r, 0.76 * w, height - 0.30), (r, 0.08, height - 0.30)],
@@ -263,7 +280,6 @@ def _van(size: tuple[float, float, float]) -> Model:
         mirror=True,
     )
     _sides(b, (rear + 0.6, half - 2.25, half - 1.05), w, low, glass - 0.1)
-    _square_front(b, half, w, glass - 0.62)
     _square_rear(b, half, w)
     for side in (-1.0, 1.0):
         y = (side * w, side * (w + 0.18))

@@ -15,6 +15,7 @@ from pedcross_env.camera.models import ModelBuilder, model_index, model_table
 
 HEIGHT, WIDTH = 60, 450
 FOCAL, CX, CY = 400.0, 225.0, 30.0
+CONVEX_M = 0.02  # what the corner of a part may stand out beyond the plane of one of its faces
 
 
 @entry
@@ -172,6 +173,56 @@ def test_faces_of_the_models_that_ship_are_flat():
         corners = table.points[table.model_points[model[face]] + run]
         normal, distance = table.face_plane[face, :3], table.face_plane[face, 3]
         assert np.abs(corners @ normal - distance).max() < 1e-8 * np.linalg.norm(normal)
+
+
+def test_parts_of_the_models_that_ship_are_convex():
+    table = model_table()
+    for model, first in enumerate(table.model_points[:-1]):
+        points = table.points[first : table.model_points[model + 1]]
+        for part in range(table.model_parts[model], table.model_parts[model + 1]):
+            faces = np.arange(table.part_faces[part], table.part_faces[part + 1])
+            faces = faces[table.face_detail[faces] == 0]
+            runs = [table.face_corners[table.face_start[f] : table.face_start[f + 1]] for f in faces]
+            corners = points[np.unique(np.concatenate(runs))]
+            for normal, distance in ((table.face_plane[f, :3], table.face_plane[f, 3]) for f in faces):
+                assert (corners @ normal - distance).max() < CONVEX_M * np.linalg.norm(normal)
+
+
+def test_faces_that_meet_at_a_blunt_edge_are_lit_alike_and_those_of_a_box_as_they_are():
+    table = model_table()
+    plane = table.face_plane[:, :3] / np.linalg.norm(table.face_plane[:, :3], axis=1)[:, None]
+    bend = table.face_bend / np.linalg.norm(table.face_bend, axis=1)[:, None]
+    owner = np.repeat(np.arange(len(table.face_start) - 1), np.diff(table.face_start))
+    pairs = np.stack([owner, table.edge_beyond], axis=1)[table.edge_beyond >= 0]
+    a, b = pairs[table.face_material[pairs[:, 0]] == table.face_material[pairs[:, 1]]].T
+    sharp, lit = (plane[a] * plane[b]).sum(axis=1), (bend[a] * bend[b]).sum(axis=1)
+    blunt = (sharp > np.cos(np.deg2rad(28.0))) & (sharp < 1 - 1e-6)
+    assert np.median(np.arccos(np.minimum(1.0, lit[blunt]))) < 0.75 * np.median(np.arccos(sharp[blunt]))
+    truck = model_index("truck")[0]  # its first part is a box, painted only
+    box = np.arange(
+        table.part_faces[table.model_parts[truck]], table.part_faces[table.model_parts[truck] + 1]
+    )
+    assert bend[box] == pytest.approx(plane[box])
+
+
+@pytest.mark.parametrize("name", ["hatchback", "sedan", "suv"])
+def test_a_cabin_stands_well_within_the_shoulders_of_its_car(name):
+    """Where they all but touched, the sky's light on the shoulder was seen in dashes."""
+    number = model_index(name)[0]
+    table = model_table()
+    points = table.points[table.model_points[number] : table.model_points[number + 1]]
+    parts = [
+        np.unique(np.concatenate([
+            table.face_corners[table.face_start[f] : table.face_start[f + 1]]
+            for f in range(table.part_faces[p], table.part_faces[p + 1]) if table.face_detail[f] == 0
+        ]))
+        for p in range(table.model_parts[number], table.model_parts[number] + 2)
+    ]  # fmt: skip
+    body, cabin = points[parts[0]], points[parts[1]]
+    belt = body[:, 2].max()
+    foot = cabin[cabin[:, 2] < belt]
+    shoulder = np.abs(body[np.isclose(body[:, 2], belt), 1]).max()
+    assert np.abs(foot[:, 1]).max() < shoulder - 0.03
 
 
 @pytest.mark.parametrize("turn_deg", [-20.0, 20.0])

@@ -94,12 +94,18 @@ def _place(point, scale, turn, optics, out):
 
 
 @kernel
-def _middle_and_normal(middle, plane, scale, stretch, turn, centre, normal):
-    """Bring a face's middle and its normal, as long as the face has twice the area, into camera coordinates."""
+def _middle(middle, scale, turn, centre):
+    """Bring a face's middle into camera coordinates."""
     x, y, z = middle[0] * scale[0], middle[1] * scale[1], middle[2] * scale[2]
-    nx, ny, nz = stretch * plane[0] / scale[0], stretch * plane[1] / scale[1], stretch * plane[2] / scale[2]
     for k in range(3):
         centre[k] = turn[k, 0] * x + turn[k, 1] * y + turn[k, 2] * z + turn[3, k]
+
+
+@kernel
+def _normal(plane, scale, stretch, turn, normal):
+    """Bring a face's normal, as long as the face has twice the area, into camera coordinates."""
+    nx, ny, nz = stretch * plane[0] / scale[0], stretch * plane[1] / scale[1], stretch * plane[2] / scale[2]
+    for k in range(3):
         normal[k] = turn[k, 0] * nx + turn[k, 1] * ny + turn[k, 2] * nz
 
 
@@ -142,7 +148,7 @@ def draw_vehicle(
     """
     (
         points, model_points, model_parts, part_faces, face_start, corners, surface, detail, planes, nominal, middles,
-        beyond,
+        beyond, bends,
     ) = vehicles  # fmt: skip
     channels = scratch[0].shape[0]
     model = int(actor[5])
@@ -175,8 +181,10 @@ def draw_vehicle(
         seen[3] = fineness(detail[face], optics[0], placed[corners[face_start[face]], 2])
         if seen[3] <= 0.0:
             continue
-        _middle_and_normal(middles[face], plane, scale, stretch, turn, centre, normal)
+        _middle(middles[face], scale, turn, centre)
+        _normal(plane, scale, stretch, turn, normal)
         _face_plane(normal, -height, optics, seen)
+        _normal(bends[face], scale, stretch, turn, normal)
         size2 = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]
         shorten = 1.0 / (math.sqrt(size2) + 1e-12)
         for k in range(3):
