@@ -20,6 +20,7 @@ from pedcross_env.camera.kernels.facade_pattern import (
     place_pixels,
     plain_pattern,
     upper_pattern,
+    weigh_surfaces,
 )
 from pedcross_env.camera.kernels.jit import INT, allocating, kernel
 from pedcross_env.camera.kernels.lighting import ENV_BEAM, ENV_LAMP, ENV_WINDOW
@@ -46,7 +47,7 @@ __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 PANEL_SIZE = 30
 CHUNK = 480  # pixels worked on at a time: fits the first-level caches
 COVER, INVERSE, COLOUR, S, T, WS, WT = 0, 2, 4, 7, 8, 9, 10  # rows of the work space
-STONE, TRIM, PANE, SHADE, LIT, LAMP, HEAD, X, Y = 11, 12, 13, 14, 15, 16, 17, 21, 22
+STONE, TRIM, PANE, SHADE, LIT, LAMP, HEAD, SHINE, X, Y = 11, 12, 13, 14, 15, 16, 17, 18, 21, 22
 LIT_SHARE = np.float32(0.22)  # of windows at night
 LUMA = (0.2126, 0.7152, 0.0722)
 
@@ -107,15 +108,17 @@ def _list_pixels(edges, sides, row, bottom, xs, rows, listed, full, buf):
 def _shade(panel, n, geometry, layout, light, channels, buf, vectors):
     """Fill the radiance of ``n`` listed pixels: one plane of luminance or three of colour.
 
-    ``geometry`` is (constants of the inverse depth, its least and greatest value, slopes along and up, shifts along and up).
+    ``geometry`` is (constants of the inverse depth, its least and greatest value, slopes along and up, shifts along and up, the
+    camera's distance from the wall's plane).
     """
-    plane, least, most, along, rise, shift_s, shift_t = geometry
+    plane, least, most, along, rise, shift_s, shift_t, away = geometry
     upper, ground = layout
     env, table, lamp_maps, map_frame, optics, sun = light
     normal, point = vectors
     x, y, inverse = buf[X, :n], buf[Y, :n], buf[INVERSE, :n]
     s, t, ws, wt = buf[S, :n], buf[T, :n], buf[WS, :n], buf[WT, :n]
     stone, trim, pane, shade = buf[STONE, :n], buf[TRIM, :n], buf[PANE, :n], buf[SHADE, :n]
+    shine = buf[SHINE, :n]
     base_z, masonry = np.float32(panel[17]), np.float32(panel[24])
     below, above = place_pixels(
         x,
@@ -137,24 +140,24 @@ def _shade(panel, n, geometry, layout, light, channels, buf, vectors):
         ground[0],
     )
     if panel[11] > 0 and above > 0:
-        upper_pattern(s, t, ws, wt, base_z, upper, ground[0], stone, trim, pane, shade)
+        curtains = np.float32((0.618034 * panel[16]) % 1.0)
+        upper_pattern(s, t, ws, wt, base_z, upper, ground[0], curtains, stone, trim, pane, shade)
     else:
         plain_pattern(t, base_z, stone, trim, pane, shade)
     if panel[11] > 0 and below > 0:
         ground_pattern(s, t, ws, wt, ground, stone, trim, pane)
+    weigh_surfaces(inverse, away, masonry, stone, trim, pane, shade, shine)
     night = env[ENV_LAMP] > 0 or env[ENV_BEAM] > 0
     windows = env[ENV_WINDOW] > 0 and panel[11] > 0
     if channels == 1 and not night and not windows:
-        grey_wall, grey_frame, grey_glass = F0, F0, F0
+        grey_wall, grey_frame, grey_mirrored = F0, F0, F0
         for c in range(3):
-            wall, frame, glass, white = paint_of(panel, env, sun, c)
+            wall, frame, mirrored, white = paint_of(panel, env, sun, c)
             weight = np.float32(LUMA[c])
             grey_wall += weight * white * wall
             grey_frame += weight * white * frame
-            grey_glass += weight * glass
-        colour_panel(
-            grey_wall, masonry, grey_frame, grey_glass, F1, stone, trim, pane, shade, buf[COLOUR, :n]
-        )
+            grey_mirrored += weight * mirrored
+        colour_panel(grey_wall, grey_frame, grey_mirrored, F1, stone, trim, shine, buf[COLOUR, :n])
         return
     lamp, head, lit = buf[LAMP, :n], buf[HEAD, :n], buf[LIT, :n]
     if night:
@@ -174,17 +177,15 @@ def _shade(panel, n, geometry, layout, light, channels, buf, vectors):
             fill_row(F0, lamp)
         head_row(x, y, inverse, normal, env, table, optics, point, head)
     if windows:
-        lit_windows(s, t, ws, wt, upper, ground, int(panel[16]), LIT_SHARE, lit)
+        lit_windows(s, t, ws, wt, upper, ground, int(panel[16]), LIT_SHARE, pane, lit)
     for c in range(3):
-        wall, frame, glass, white = paint_of(panel, env, sun, c)
+        wall, frame, mirrored, white = paint_of(panel, env, sun, c)
         out = buf[COLOUR + c, :n]
         if night:
             tint = np.float32(env[ENV_LAMP + c])
-            colour_by_lamps(
-                wall, masonry, frame, glass, white, tint, stone, trim, pane, shade, lamp, head, out
-            )
+            colour_by_lamps(wall, frame, mirrored, white, tint, stone, trim, shine, lamp, head, out)
         else:
-            colour_panel(wall, masonry, frame, glass, white, stone, trim, pane, shade, out)
+            colour_panel(wall, frame, mirrored, white, stone, trim, shine, out)
         if windows:
             add_shine(lit, np.float32(env[ENV_WINDOW + c]), out)
     if channels == 1:
@@ -235,7 +236,7 @@ def draw_panel(
     plane = (np.float32(normal[2] / distance - v1 * cx - v2 * cy), np.float32(v1), np.float32(v2))
     geometry = (
         plane, np.float32(1.0 / farthest), np.float32(1.0 / nearest), _slopes(axis, optics), _slopes(up, optics),
-        np.float32(shift_s), np.float32(shift_t),
+        np.float32(shift_s), np.float32(shift_t), np.float32(abs(distance)),
     )  # fmt: skip
     sun = max(0.0, normal[0] * env[0] + normal[1] * env[1] + normal[2] * env[2])
     light, layout = (env, table, lamp_maps, map_frame, optics, sun), pattern_of(panel)

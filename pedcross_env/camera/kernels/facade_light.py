@@ -15,7 +15,7 @@ from pedcross_env.camera.kernels.lighting import (
     head_irradiance,
     sky_radiance,
 )
-from pedcross_env.camera.kernels.rows import F0, F1
+from pedcross_env.camera.kernels.rows import F0
 
 __all__ = [
     "add_shine",
@@ -27,36 +27,38 @@ __all__ = [
     "to_luminance",
 ]
 
+FRONTS = 0.35  # albedo of the houses opposite
 INV_PI = np.float32(1 / math.pi)
 
 
 @kernel
 def paint_of(panel, env, sun, c):
-    """Return one channel's albedo of the wall and of frames, radiance of glass and of a white wall."""
-    light = 0.5 * (env[ENV_SKY + c] + env[ENV_BOUNCE + c]) + env[ENV_SUN + c] * sun
+    """Return one channel's albedo of the wall and of frames, radiance of what glass mirrors and of a white wall.
+
+    Glass mirrors the sky over the houses opposite and, below it, their fronts.
+    """
+    shade = 0.5 * (env[ENV_SKY + c] + env[ENV_BOUNCE + c])
+    light = shade + env[ENV_SUN + c] * sun
     wall = np.float32(panel[8 + c])
     frame = min(np.float32(0.75), wall * np.float32(panel[18]) + np.float32(0.06))
-    glass = 0.10 * sky_radiance(0.35, env, c) + 0.02 * light / math.pi
-    return wall, frame, np.float32(glass), np.float32(light / math.pi)
+    mirrored = 0.6 * sky_radiance(0.35, env, c) + 0.4 * FRONTS * shade / math.pi
+    return wall, frame, np.float32(mirrored), np.float32(light / math.pi)
 
 
 @kernel
-def colour_panel(wall, masonry, frame, glass, light, stone, trim, pane, shade, out):
-    """Fill one plane under a uniform light (radiance of a white surface)."""
+def colour_panel(wall, frame, mirrored, light, plain, trim, shine, out):
+    """Fill one plane under a uniform light (radiance of a white surface); see ``facade_pattern.weigh_surfaces``."""
+    wall, frame = wall * light, frame * light
     for i in range(out.shape[0]):
-        surface = wall + wall * (masonry - F1) * stone[i]
-        surface = surface * (F1 - pane[i] - trim[i]) + frame * trim[i]
-        out[i] = surface * shade[i] * light + pane[i] * glass
+        out[i] = wall * plain[i] + frame * trim[i] + mirrored * shine[i]
 
 
 @kernel
-def colour_by_lamps(wall, masonry, frame, glass, light, tint, stone, trim, pane, shade, lamp, head, out):
+def colour_by_lamps(wall, frame, mirrored, light, tint, plain, trim, shine, lamp, head, out):
     """Fill one plane under a uniform light, street lamps and the ego's beam."""
     for i in range(out.shape[0]):
-        surface = wall + wall * (masonry - F1) * stone[i]
-        surface = surface * (F1 - pane[i] - trim[i]) + frame * trim[i]
         total = light + (lamp[i] * tint + head[i]) * INV_PI
-        out[i] = surface * shade[i] * total + pane[i] * glass
+        out[i] = (wall * plain[i] + frame * trim[i]) * total + mirrored * shine[i]
 
 
 @kernel

@@ -16,18 +16,18 @@ __all__ = [
     "place_pixels",
     "plain_pattern",
     "upper_pattern",
+    "weigh_surfaces",
 ]
 
 TWO = np.float32(2.0)
 MARGIN = np.float32(0.09)  # width of a window frame
+BAR = np.float32(0.06)  # of the bar in a window's middle
+# a window's curtains hide up to half of it, in half of the windows; steps of a low-discrepancy sequence choose
+NO_CURTAIN, CURTAIN_MEAN, CURTAIN_MIX = np.float32(0.5), np.float32(0.125), np.float32(61.7)
+CURTAIN_STEPS = (np.float32(0.6180340), np.float32(0.7548777))
+GLASS_MIRRORS = np.float32(0.08)  # of the light, seen straight on: two panes
 LEDGE = np.float32(0.3)  # below the upper storeys
 LEAST_HALF = np.float32(2e-4)  # of a pixel's extent, metres
-
-
-@inlined
-def _pulse(p, duty):
-    whole = np.floor(p)
-    return whole * duty + min(p - whole, duty)
 
 
 @inlined
@@ -86,7 +86,7 @@ def place_pixels(xs, ys, v0, v1, v2, least, most, along, up, shift_s, shift_t, i
 
 
 @kernel
-def upper_pattern(s, t, ws, wt, base_z, upper, floor, stone, trim, pane, shade):
+def upper_pattern(s, t, ws, wt, base_z, upper, floor, seed, stone, trim, pane, shade):
     """Band-limited pattern of a front above its ground floor.
 
     Args:
@@ -97,8 +97,9 @@ def upper_pattern(s, t, ws, wt, base_z, upper, floor, stone, trim, pane, shade):
         base_z: Height of the panel's foot.
         upper: (bay, storey, window share along, up, phase along, up, cornice height).
         floor: Height of the ground floor.
+        seed: Of the curtains, 0 to 1.
         stone: Filled: cover of the ground floor's wall, none.
-        trim: Of cornices and window frames.
+        trim: Of cornices, window frames and curtains.
         pane: Of glass.
         shade: Share of the light that reaches so deep into the street.
     """
@@ -106,6 +107,9 @@ def upper_pattern(s, t, ws, wt, base_z, upper, floor, stone, trim, pane, shade):
     ms, mt = MARGIN / bay, MARGIN / storey
     thin_s, thin_t = max(F0, duty_s - TWO * ms), max(F0, duty_t - TWO * mt)
     inv_bay, inv_storey = F1 / bay, F1 / storey
+    bar, bar_from = BAR / bay, ms + HALF * (thin_s - BAR / bay)
+    step_s, step_t = CURTAIN_STEPS
+    lone = TWO / min(max(bay - bay * duty_s, MARGIN), storey - storey * duty_t)
     for i in range(s.shape[0]):
         half = max(HALF * ws[i], LEAST_HALF)
         scale = bay * (HALF / half)
@@ -113,23 +117,30 @@ def upper_pattern(s, t, ws, wt, base_z, upper, floor, stone, trim, pane, shade):
         n, m = np.floor(first), np.floor(last)
         first, last = first - n, last - m  # place within the bay, of the pixel's either border
         outer = ((m - n) * duty_s + (min(last, duty_s) - min(first, duty_s))) * scale
-        inner = ((m - n) * thin_s + (_clamp(last - ms, thin_s) - _clamp(first - ms, thin_s))) * scale
+        inner = (m - n) * (thin_s - bar) + (_clamp(last - ms, thin_s) - _clamp(first - ms, thin_s))
+        inner = (inner - (_clamp(last - bar_from, bar) - _clamp(first - bar_from, bar))) * scale
         half = max(HALF * wt[i], LEAST_HALF)
         inv = HALF / half
         low, high = t[i] - half, t[i] + half
+        curtain = m * step_s + seed
         first, last = low * inv_storey - phase_t, high * inv_storey - phase_t
-        n, m = np.floor(first), np.floor(last)
-        first, last = first - n, last - m
+        n2, m2 = np.floor(first), np.floor(last)
+        first, last = first - n2, last - m2
         above_floor, above_cornice = min(max(floor, low), high), min(max(cornice, low), high)
         zone = (above_cornice - above_floor) * inv * inv * storey
-        up_outer = ((m - n) * duty_t + (min(last, duty_t) - min(first, duty_t))) * zone
-        up_inner = ((m - n) * thin_t + (_clamp(last - mt, thin_t) - _clamp(first - mt, thin_t))) * zone
+        up_outer = ((m2 - n2) * duty_t + (min(last, duty_t) - min(first, duty_t))) * zone
+        up_inner = ((m2 - n2) * thin_t + (_clamp(last - mt, thin_t) - _clamp(first - mt, thin_t))) * zone
         glass = inner * up_inner
         frame = max(F0, outer * up_outer - glass)
+        curtain += m2 * step_t
+        curtain = (curtain - np.floor(curtain)) * CURTAIN_MIX
+        # a pixel that could see two windows has their mean
+        own = min(F1, max(F0, TWO - ws[i] * lone))
+        hidden = CURTAIN_MEAN + own * (max(F0, curtain - np.floor(curtain) - NO_CURTAIN) - CURTAIN_MEAN)
         stone[i] = F0
-        pane[i] = glass
+        pane[i] = glass * (F1 - hidden)
         # a share of the pixel, as panes are: it takes from the wall alone
-        trim[i] = min(F1 - glass, (high - above_cornice) * inv + frame)
+        trim[i] = min(F1 - pane[i], (high - above_cornice) * inv + frame + glass * hidden)
         shade[i] = np.float32(0.72) + np.float32(0.28) * min(F1, (t[i] + base_z) * np.float32(0.2))
 
 
@@ -142,6 +153,7 @@ def ground_pattern(s, t, ws, wt, ground, stone, trim, pane):
     floor, bay, duty, phase, sill, lintel = ground
     margin, inv_bay = MARGIN / bay, F1 / bay
     thin = max(F0, duty - TWO * margin)
+    bar, bar_from = BAR * inv_bay, margin + HALF * (thin - BAR * inv_bay)
     for i in range(s.shape[0]):
         half = max(HALF * ws[i], LEAST_HALF)
         scale = bay * (HALF / half)
@@ -149,7 +161,8 @@ def ground_pattern(s, t, ws, wt, ground, stone, trim, pane):
         n, m = np.floor(first), np.floor(last)
         first, last = first - n, last - m
         outer = ((m - n) * duty + (min(last, duty) - min(first, duty))) * scale
-        inner = ((m - n) * thin + (_clamp(last - margin, thin) - _clamp(first - margin, thin))) * scale
+        inner = (m - n) * (thin - bar) + (_clamp(last - margin, thin) - _clamp(first - margin, thin))
+        inner = (inner - (_clamp(last - bar_from, bar) - _clamp(first - bar_from, bar))) * scale
         half = max(HALF * wt[i], LEAST_HALF)
         inv = HALF / half
         low, high = t[i] - half, t[i] + half
@@ -173,41 +186,51 @@ def plain_pattern(t, base_z, stone, trim, pane, shade):
 
 
 @kernel
-def lit_windows(s, t, ws, wt, upper, ground, seed, share, out):
-    """Radiance share of lit windows, by a hash per window.
+def weigh_surfaces(inverse, distance, masonry, stone, trim, pane, shade, shine):
+    """Turn covers into what is multiplied by light: of the wall (in ``stone``), of trim, and of what glass mirrors.
+
+    Glass mirrors the more, the flatter it is seen (Schlick's formula); the rest of the light is lost in the room behind.
+
+    Args:
+        inverse: Inverse depth.
+        distance: Of the camera from the wall's plane, metres; times the inverse depth the cosine of a ray near the optical axis.
+        masonry: Albedo of the ground floor's wall over that of the others.
+        stone: Cover of the ground floor's wall; changed.
+        trim: Cover of cornices and frames; changed.
+        pane: Cover of glass.
+        shade: Share of the light that reaches so deep into the street.
+        shine: Filled.
+    """
+    for i in range(shine.shape[0]):
+        flat = F1 - min(F1, distance * inverse[i])
+        twice = flat * flat
+        shine[i] = pane[i] * (GLASS_MIRRORS + (F1 - GLASS_MIRRORS) * (twice * twice * flat))
+        stone[i] = (F1 + (masonry - F1) * stone[i]) * ((F1 - pane[i] - trim[i]) * shade[i])
+        trim[i] *= shade[i]
+
+
+@kernel
+def lit_windows(s, t, ws, wt, upper, ground, seed, share, pane, out):
+    """Cover of lit glass, by a hash per window.
 
     It fades to its mean before a pixel could see two windows.
     """
-    bay, storey, duty_s, duty_t, phase_s, phase_t, cornice = upper
-    floor, low_bay, low_duty, low_phase, sill, lintel = ground
+    bay, storey, duty_s, duty_t, _, phase_t, _ = upper
+    floor, low_bay, low_duty, _, _, _ = ground
     rise = phase_t - floor / storey
     gap_s, gap_t, low_gap = (
         bay * (F1 - duty_s),
         TWO * storey * min(rise, F1 - rise - duty_t),
         low_bay * (F1 - low_duty),
     )
-    ms, mt, ml = MARGIN / bay, MARGIN / storey, MARGIN / low_bay
-    thin_s, thin_t, thin_l = duty_s - TWO * ms, duty_t - TWO * mt, low_duty - TWO * ml
     for i in range(out.shape[0]):
         w, v = max(ws[i], np.float32(4e-4)), max(wt[i], np.float32(4e-4))
-        low, high = t[i] - HALF * v, t[i] + HALF * v
-        p, h = s[i] / bay - phase_s - ms, HALF * w / bay
-        across = (_pulse(p + h, thin_s) - _pulse(p - h, thin_s)) * bay / w
-        p, h = t[i] / storey - phase_t - mt, HALF * v / storey
-        up = (
-            (_pulse(p + h, thin_t) - _pulse(p - h, thin_t))
-            * storey
-            / v
-            * _interval(low, high, floor, cornice)
-            / v
-        )
-        column, level = int(math.floor(s[i] / bay)), int(math.floor((t[i] - floor) / storey))
-        fade = min(F1, max(F0, TWO * max(w / gap_s, v / gap_t) - F1))
-        own = F1 if hash01(column + seed * 131, level + seed) < share else F0
-        light = across * up * (own + (share - own) * fade)
-        p, h = s[i] / low_bay - low_phase - ml, HALF * w / low_bay
-        across = (_pulse(p + h, thin_l) - _pulse(p - h, thin_l)) * low_bay / w
-        fade = min(F1, max(F0, TWO * w / low_gap - F1))
-        own = F1 if hash01(int(math.floor(s[i] / low_bay)) + seed * 17, seed) < share else F0
-        up = _interval(low, high, sill + MARGIN, lintel - MARGIN) / v
-        out[i] = light + across * up * (own + (share - own) * fade)
+        if t[i] > floor:
+            column, level = int(math.floor(s[i] / bay)), int(math.floor((t[i] - floor) / storey))
+            fade = TWO * max(w / gap_s, v / gap_t) - F1
+            drawn = hash01(column + seed * 131, level + seed)
+        else:
+            fade = TWO * w / low_gap - F1
+            drawn = hash01(int(math.floor(s[i] / low_bay)) + seed * 17, seed)
+        own = F1 if drawn < share else F0
+        out[i] = pane[i] * (own + (share - own) * min(F1, max(F0, fade)))
