@@ -16,6 +16,8 @@ from pedcross_env.camera.kernels.rows import F0, F1, HALF, TINY, nearness
 
 __all__ = ["draw_capsule"]
 
+# within what distance two surfaces mingle: a share of the radius, at most about a pixel, and metres more
+MINGLE_SHARE, MINGLE_PX, MINGLE_M = 0.25, 1.0, 0.002
 MEAN_NZ = np.float32(-0.7854)  # of a cylinder's front over its width: -pi / 4
 
 
@@ -51,6 +53,16 @@ def _mean_light(seg, sun, head):
         seg[12] += np.float32(0.125) * max(F0, (head[0] * ex + head[1] * ey) * across + head[2] * nz)
 
 
+@kernel
+def _cut_ends(seg, dx, dy, dz, q0, q1):
+    """Fill seg[14] to seg[16]: the ends of posts are flat, discs that are seen as far as the post points at the camera."""
+    seg[14], seg[15], seg[16] = F0, F1, F1
+    if seg[10] > F0:
+        towards = abs(dz) / math.sqrt(dx * dx + dy * dy + dz * dz + 1e-12)
+        seg[14] = math.sqrt(seg[2] * seg[2] + seg[3] * seg[3])
+        seg[15], seg[16] = 0.5 + q0 * towards, 0.5 + q1 * towards + seg[14]
+
+
 @inlined
 def _unite(k, x, dy, seg, thickness, layered, sun, head, old, behind):
     """Shade a pixel of a capsule and unite it with what its object has there: coverage ``old`` at the inverse depth ``behind``.
@@ -60,11 +72,13 @@ def _unite(k, x, dy, seg, thickness, layered, sun, head, old, behind):
         normal, cosines to the sun and the ego's lamps.
     """
     dx = x + np.float32(np.int32(k))
-    t = max(F0, min(F1, (dx * seg[2] + dy * seg[3]) * seg[4]))
+    along = (dx * seg[2] + dy * seg[3]) * seg[4]
+    t = max(F0, min(F1, along))
     px, py = dx - t * seg[2], dy - t * seg[3]
     r = seg[5] + t * seg[6]
     d = np.sqrt(px * px + py * py)
     a = max(F0, min(F1, r - d + HALF) + min(F1, r + d + HALF) - F1)
+    a *= max(F0, min(F1, min(seg[15] + along * seg[14], seg[16] - along * seg[14])))
     scale = F1 / max(r, d + TINY)
     nx, ny = px * scale, py * scale
     nz = -np.sqrt(max(F0, F1 - nx * nx - ny * ny))
@@ -86,7 +100,7 @@ def _unite(k, x, dy, seg, thickness, layered, sun, head, old, behind):
 
 @kernel
 def _fill_grey(x, dy, seg, light, heads, sun, head, alpha, inverse, plane):
-    thickness, layered = np.float32(0.25) * seg[9] + np.float32(0.002), seg[10] > F0
+    thickness, layered = seg[13], seg[10] > F0
     for k in range(alpha.shape[0]):
         alpha[k], inverse[k], back, front, t, nx, ny, nz, cos_sun, cos_head = _unite(
             k, x, dy, seg, thickness, layered, sun, head, alpha[k], inverse[k]
@@ -97,7 +111,7 @@ def _fill_grey(x, dy, seg, light, heads, sun, head, alpha, inverse, plane):
 
 @kernel
 def _fill_colour(x, dy, seg, light, heads, sun, head, alpha, inverse, plane0, plane1, plane2):
-    thickness, layered = np.float32(0.25) * seg[9] + np.float32(0.002), seg[10] > F0
+    thickness, layered = seg[13], seg[10] > F0
     red, green, blue = light
     for k in range(alpha.shape[0]):
         alpha[k], inverse[k], back, front, t, nx, ny, nz, cos_sun, cos_head = _unite(
@@ -120,14 +134,17 @@ def _six(v):
 def _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse):
     """Shade and unite one row; see ``draw_capsule`` and ``rows.merge_row``.
 
-    seg: u0, v0, du, dv, 1 / length^2, r0, dr (pixels), 1/z0, its slope, radius in metres, 1 if layered, mean cosines (2).
+    seg: u0, v0, du, dv, 1 / length^2, r0, dr (pixels), 1/z0, its slope, radius in metres, 1 if layered, mean cosines (2), how far
+    from another surface it mingles with it, metres, pixels of coverage per length along it where its ends are cut off, or 0;
+    coverage at its first end and, falling, from its second, or 1 (2).
     """
     # whole vectors: what a capsule does not touch does not change
     wide = min(alpha.shape[1], (f1 - f0 + LANES - 1) // LANES * LANES)
     f0 = min(f0, alpha.shape[1] - wide)
     f1 = f0 + wide
     facts = (
-        seg[0], seg[1], seg[2], seg[3], seg[4], seg[5], seg[6], seg[7], seg[8], seg[9], seg[10], seg[11], seg[12],
+        seg[0], seg[1], seg[2], seg[3], seg[4], seg[5], seg[6], seg[7], seg[8], seg[9], seg[10], seg[11], seg[12], seg[13], seg[14],
+        seg[15], seg[16],
     )  # fmt: skip
     x, dy = np.float32(f0) + HALF - seg[0], np.float32(row) + HALF - seg[1]
     towards, shining = (sun[0], sun[1], sun[2]), (head[0], head[1], head[2])
@@ -161,7 +178,7 @@ def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch,
         optics: (focal, cx, cy).
         size: (height, width).
         scratch: (planes, alpha, inverse depth).
-        seg: (13,) float32 work space; [10] is 1 where primitives are drawn strictly front to back.
+        seg: (17,) float32 work space; [10] is 1 where primitives are drawn strictly front to back, posts with flat ends.
         spans: What the object covers, extended by ``grow``.
     """
     focal, cx, cy = optics
@@ -193,6 +210,8 @@ def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch,
     seg[5], seg[6] = q0, q1 - q0
     seg[7], seg[8] = 1 / z0, 1 / z1 - 1 / z0
     seg[9] = min(0.5 * (r0 + r1), 0.9 * min(z0, z1))
+    seg[13] = min(MINGLE_SHARE * seg[9], MINGLE_PX * max(z0, z1) / focal) + MINGLE_M
+    _cut_ends(seg, x1 - x0, y1 - y0, z1 - z0, q0, q1)
     _mean_light(seg, sun, head)
     for row in range(row0, row1):
         f0, f1 = _span(u0, v0, q0, u1, v1, q1, row, a, b)

@@ -85,7 +85,7 @@ def _capsule_work(channels):
     """Allocate what ``_capsule_lit`` works in."""
     return (
         np.empty(3), np.empty((3, 4)), np.empty((channels, 6), np.float32), np.empty((channels, 2), np.float32),
-        np.empty(3, np.float32), np.empty(3, np.float32), np.zeros(13, np.float32),
+        np.empty(3, np.float32), np.empty(3, np.float32), np.zeros(17, np.float32),
     )  # fmt: skip
 
 

@@ -29,8 +29,8 @@ def lamp_post(x: float, y: float, head_y: float, side: float, base: float) -> li
     """Return the capsules of one lamp: post, arm, head and the shining glass under it."""
     top = base + LAMP_HEIGHT_M
     parts = [
-        ((x, y, base), (x, y, base + 0.9), 0.10, 0.09, 0.0),
-        ((x, y, base + 0.9), (x, y, top - 0.15), 0.07, 0.05, 0.0),
+        ((x, y, base), (x, y, base + 0.9), 0.09, 0.085, 0.0),
+        ((x, y, base + 0.9), (x, y, top - 0.15), 0.065, 0.05, 0.0),
         ((x, y, top - 0.15), (x, head_y, top + 0.05), 0.045, 0.04, 0.0),
         ((x, head_y + side * 0.25, top + 0.02), (x, head_y - side * 0.25, top + 0.06), 0.085, 0.07, 0.0),
         ((x, head_y + side * 0.2, top - 0.04), (x, head_y - side * 0.2, top), 0.06, 0.05, 1.0),

@@ -79,9 +79,8 @@ def _trunk(
     lean = rng.normal(0, 0.06, 2)
     tx, ty = x + lean[0], y + lean[1]
     parts = [
-        # capsules end in spheres, which would hang into the ground: the lowest one just touches it
-        [x, y, base + 1.1 * radius, x, y, base + 0.6, 1.22 * radius, radius, *bark, 0.0],
-        [x, y, base + 0.55, tx, ty, base + fork, radius, 0.75 * radius, *bark, 0.0],
+        [x, y, base, x, y, base + 0.4, 1.45 * radius, radius, *bark, 0.0],
+        [x, y, base + 0.4, tx, ty, base + fork, radius, 0.75 * radius, *bark, 0.0],
     ]
     turn = rng.uniform(0, 2 * math.pi)
     for k in range(3 if limbs > 0 else 0):
@@ -122,7 +121,7 @@ def tree(x: float, y: float, base: float, species: str, season: str, rng: np.ran
     if species == "columnar":
         height, half = rng.uniform(7.5, 11.0), (rng.uniform(0.95, 1.3), 0.0)
         half = (half[0], 0.5 * (height - 2.1))
-        texture, fork = foliage.COLUMNAR[0], 2.6
+        texture, fork = foliage.COLUMNAR[0], 4.0
     else:
         height, wide = rng.uniform(6.0, 9.0), rng.uniform(1.75, 2.45)
         half = (wide, wide * rng.uniform(0.85, 1.15))
