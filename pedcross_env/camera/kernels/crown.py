@@ -16,8 +16,11 @@ from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM_POSITION,
     ENV_BEAM_TINT,
     ENV_BETA,
+    ENV_SNOW,
     ENV_SUN,
     ENV_SUN_DIRECTION,
+    ENV_UP,
+    SNOW,
     head_irradiance,
     light_field,
 )  # fmt: skip
@@ -30,6 +33,7 @@ TEXTURE_CHANNELS = 5  # cover, tone, and times the tone: the normal to the right
 BORDER = 2  # nodes of the running sums before the texture's edge
 # leaves are translucent: light passes round them (the best line through the clamped cosine over leaves of every tilt)
 SUN_ROUND, SUN_FACING = 0.36, 0.50
+SNOW_LIES = 0.6  # share of a leaf that faces up which lying snow hides
 EMPTY = np.float32(1e-4)  # more than what rounding leaves where there is nothing
 FINE = 4.0  # texels per column from which the next coarser texture does: it blurs by a quarter of a pixel at most
 LUMA = (0.2126, 0.7152, 0.0722)
@@ -90,9 +94,13 @@ def _light_crown(centre, albedo, env, lamps, beams, table, work):
         weight = 1.0 if channels == 3 else LUMA[c]
         rho, o = weight * albedo[c] / math.pi, c if channels == 3 else 0
         field[c, 0] += SUN_ROUND * env[ENV_SUN + c]
+        # snow lies on leaves the more, the more they face up
+        white = weight * 0.5 * SNOW_LIES * env[ENV_SNOW] * (SNOW[c] - albedo[c]) / math.pi
+        rho += white
         squared = 1e-30
         for k in range(3):
             field[c, 1 + k] += SUN_FACING * env[ENV_SUN + c] * env[ENV_SUN_DIRECTION + k]
+            field[c, 1 + k] += white / rho * env[ENV_UP + k] * field[c, 0]
             squared += field[c, 1 + k] * field[c, 1 + k]
         flatter = min(1.0, field[c, 0] / math.sqrt(squared))
         light[o, 0] += rho * field[c, 0]
