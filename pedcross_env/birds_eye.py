@@ -7,7 +7,9 @@ from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
+from pedcross_env.camera.layout import scenery_for
 from pedcross_env.contracts import ActorKind, Snapshot
 from pedcross_env.scenario import Crosswalk, Scenario, StreetSpec
 from pedcross_env.scenario.layout import carriageway_m, facade_m, side_street, to_world
@@ -15,9 +17,19 @@ from pedcross_env.scenario.layout import carriageway_m, facade_m, side_street, t
 __all__ = ["draw_birds_eye"]
 
 ASPHALT, SIDEWALK, HOUSES, PAINT = (92, 92, 96), (168, 164, 156), (126, 116, 108), (236, 236, 230)
+KERB, GLASS, SKIN = (206, 204, 198), (58, 66, 78), (92, 60, 42)
 EGO, VEHICLE, PEDESTRIAN, BRAKE = (64, 132, 214), (206, 206, 210), (232, 120, 36), (226, 40, 40)
 STRIPE_M, DASH_M, SUBPIXEL_BITS = 0.5, 3.0, 4
 BENT_HALF_WIDTH_M = 24.0
+KERB_M, HOUSE_DEEP_M, LEAST_CAR_M = 0.25, 12.0, 2.5
+OUTLINE = np.array(
+    [[-0.5, -0.38], [-0.42, -0.5], [0.36, -0.5], [0.47, -0.36], [0.5, 0.0]]
+)  # of a car, one side, shares of its size
+# windscreen and rear window, shares of length and width
+PANES = (
+    ((0.12, -0.42), (0.26, -0.34), (0.26, 0.34), (0.12, 0.42)),
+    ((-0.40, -0.32), (-0.30, -0.40), (-0.30, 0.40), (-0.40, 0.32)),
+)
 
 
 def draw_birds_eye(
@@ -52,13 +64,16 @@ def draw_birds_eye(
     far, near = origin_x_m + ahead_m + behind_m, origin_x_m
     if street.straight:
         band(near, far, -street.facade_y_m, street.facade_y_m, SIDEWALK)
+        band(near, far, -street.kerb_y_m - KERB_M, street.kerb_y_m + KERB_M, KERB)
         band(near, far, -street.kerb_y_m, street.kerb_y_m, ASPHALT)
         _paint(street, street.crosswalks, near, far, fill, to_world)
     else:
         x = far - (np.arange(height)[:, None] + 0.5) / px_per_m
         y = half_width_m - (np.arange(width)[None, :] + 0.5) / px_per_m
         image[facade_m(street, x, y) > 0] = SIDEWALK
-        image[carriageway_m(street, x, y) > 0] = ASPHALT
+        inside = carriageway_m(street, x, y)
+        image[inside > -KERB_M] = KERB
+        image[inside > 0] = ASPHALT
         _paint(street, street.all_crosswalks, near, far, fill, to_world)
         if street.intersection is not None:
             side, middle = side_street(street), street.intersection.x_m
@@ -68,11 +83,12 @@ def draw_birds_eye(
                 lambda _, s, d: (middle - np.asarray(d) + 0 * np.asarray(s), np.asarray(s) + 0 * np.asarray(d), 0),
             )  # fmt: skip
             band(middle - side.kerb_y_m, middle + side.kerb_y_m, -street.kerb_y_m, street.kerb_y_m, ASPHALT)
+    _houses_and_trees(street, fill)
     for actor in snapshot.actors:
-        fill(_footprint(actor), PEDESTRIAN if actor["kind"] == ActorKind.PEDESTRIAN else VEHICLE)
-    fill(_footprint(snapshot.ego), EGO)
+        _draw_actor(actor, fill, VEHICLE)
+    _draw_actor(snapshot.ego, fill, EGO)
     if snapshot.ego["brake_light"] > 0.05:
-        fill(_footprint(snapshot.ego, (-0.5, -0.4)), BRAKE)
+        fill(_placed(snapshot.ego, ((-0.5, -0.38), (-0.44, -0.38), (-0.44, 0.38), (-0.5, 0.38))), BRAKE)
     return image
 
 
@@ -99,8 +115,50 @@ def _paint(
             patch(s0, s1, d, d + STRIPE_M, PAINT)
 
 
-def _footprint(actor: np.ndarray, along: tuple[float, float] = (-0.5, 0.5)) -> np.ndarray:
-    corners = np.array([[along[0], -0.5], [along[1], -0.5], [along[1], 0.5], [along[0], 0.5]])
-    corners = corners * [float(actor["length"]), float(actor["width"])]
+def _houses_and_trees(street: StreetSpec, fill: Callable[[np.ndarray, tuple[int, int, int]], None]) -> None:
+    """Draw what stands beside the street: houses behind their fronts, in the colour of their walls, and crowns."""
+    scenery = scenery_for(street)
+    for panel in scenery.panels:
+        if panel[11] <= 0 or panel[2] > 0:  # a side wall, or what stands on another
+            continue
+        start, along = panel[:2], panel[3:5]
+        end, back = start + panel[6] * along, HOUSE_DEEP_M * np.array([-along[1], along[0]])
+        fill(np.array([start, end, end + back, start + back]), _shown(0.6 * panel[8:11]))
+    turn = np.linspace(0.0, 2 * np.pi, 13)[:-1]
+    for group in scenery.groups[scenery.groups[:, 7] >= 0]:
+        for share, tone in ((1.0, 0.55), (0.6, 0.8)):  # darker at its rim
+            ring = (1 + 0.12 * np.cos(5 * turn + group[8])) * share * abs(group[11])
+            fill(
+                group[8:10] + np.stack([ring * np.cos(turn), ring * np.sin(turn)], axis=1),
+                _shown(tone * group[13:16]),
+            )
+
+
+def _shown(albedo: np.ndarray) -> tuple[int, int, int]:
+    """8-bit colour of a surface."""
+    red, green, blue = (round(255 * float(np.clip(value, 0.0, 1.0)) ** (1 / 2.2)) for value in albedo)
+    return red, green, blue
+
+
+def _draw_actor(
+    actor: np.ndarray, fill: Callable[[np.ndarray, tuple[int, int, int]], None], colour: tuple[int, int, int]
+) -> None:
+    """Draw a car with its windows, something smaller as its box, a person as shoulders and a head turned ahead."""
+    if actor["kind"] == ActorKind.PEDESTRIAN:
+        turn = np.linspace(0.0, 2 * np.pi, 11)[:-1]
+        circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        fill(_placed(actor, circle * (0.4, 0.62)), PEDESTRIAN)
+        fill(_placed(actor, circle * 0.26 + (0.16, 0.0)), SKIN)
+    elif actor["length"] < LEAST_CAR_M:
+        fill(_placed(actor, ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))), colour)
+    else:
+        fill(_placed(actor, np.concatenate([OUTLINE, OUTLINE[::-1] * (1, -1)])), colour)
+        for pane in PANES:
+            fill(_placed(actor, pane), GLASS)
+
+
+def _placed(actor: np.ndarray, points: ArrayLike) -> np.ndarray:
+    """(N, 2) points of an actor, given in shares of its length (ahead) and width (left), in the world."""
+    own = np.asarray(points) * [float(actor["length"]), float(actor["width"])]
     cos, sin = np.cos(float(actor["yaw"])), np.sin(float(actor["yaw"]))
-    return corners @ np.array([[cos, sin], [-sin, cos]]) + [float(actor["x"]), float(actor["y"])]
+    return np.asarray(own @ np.array([[cos, sin], [-sin, cos]]) + [float(actor["x"]), float(actor["y"])])
