@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -62,8 +63,10 @@ SHOES = ((0.02, 0.018, 0.016), (0.45, 0.45, 0.43), (0.08, 0.04, 0.02), (0.12, 0.
 BRIGHT = ((0.55, 0.42, 0.03), (0.36, 0.03, 0.03), (0.03, 0.15, 0.36), (0.40, 0.10, 0.20), (0.06, 0.28, 0.10))
 HI_VIS = (0.62, 0.72, 0.04)
 RETRO_CLASS_2 = 330.0  # cd/(lx m2) at 12', ISO 20471
+EYES = (0.03, 0.025, 0.022)
 RUBBER, METAL, WOOD = (0.02, 0.02, 0.022), (0.30, 0.30, 0.31), (0.12, 0.07, 0.035)
 ADULT, CHILD, ELDERLY = range(3)
+COAT_ENDS = 0.62  # share of the thigh that it covers
 FINE = 45.0  # pixels of body height from which fingers, noses and toes begin to show
 
 
@@ -157,13 +160,13 @@ def _trunk(b: _Body, girth: float, top: Colour, bottom: Colour, skin: Colour, co
     ):  # upright: a capsule seen along its axis jumps from one end's depth to the other's
         b.add(
             PELVIS,
-            (-0.006, side * 0.027, 0.020),
-            (-0.006, side * 0.027, -0.014),
-            0.058 * g,
-            0.058 * g,
+            (0.0, side * 0.027, 0.020),
+            (0.0, side * 0.027, -0.014),
+            0.053 * g,
+            0.053 * g,
             top if coat else bottom,
         )
-    hem, hem_r = (-0.055, 0.064) if coat else (0.012, 0.060)
+    hem, hem_r = (-0.055, 0.064) if coat else (0.006, 0.066)  # proud of the hips: a hem, no blur
     for side in (1.0, -1.0):
         b.add(
             CHEST, (0.0, side * 0.040, -0.070), (0.004, side * 0.030 * g, -0.165), 0.056 * g, 0.054 * g, top
@@ -193,13 +196,34 @@ def _trunk(b: _Body, girth: float, top: Colour, bottom: Colour, skin: Colour, co
 
 
 def _legs(
-    b: _Body, build: np.ndarray, girth: float, bottom: Colour, skin: Colour, shoes: Colour, style: str
+    b: _Body,
+    build: np.ndarray,
+    girth: float,
+    bottom: Colour,
+    skin: Colour,
+    shoes: Colour,
+    style: str,
+    coat: bool,
 ) -> None:
-    """Add legs and feet; ``style``: trousers, slim, shorts, skirt."""
+    """Add legs and feet; ``style``: trousers, slim, shorts, skirt. A leg begins where what is worn over it ends."""
     thigh, shank, g = float(build[4]), float(build[5]), girth**0.7
     bare = style in ("shorts", "skirt")
     wide = {"trousers": 0.030, "slim": 0.024}.get(style, 0.023)
-    b.pair(THIGH, (0.0, 0.0, -0.004), (0.0, 0.0, -thigh), 0.050 * g, 0.035 * g, bottom if not bare else skin)
+    # first what covers: a leg behind it would show through where two parts of it meet
+    if style == "shorts":
+        b.pair(THIGH, (0.0, 0.0, -0.004), (0.0, 0.002, -0.80 * thigh), 0.052 * g, 0.050 * g, bottom)
+    if style == "skirt":
+        b.pair(THIGH, (0.0, 0.0, -0.004), (0.0, -0.004, -0.86 * thigh), 0.056 * g, 0.060 * g, bottom)
+        b.add(PELVIS, (0.0, 0.0, -0.02), (0.0, 0.0, -0.80 * thigh), 0.056 * g, 0.062 * g, bottom)
+    begins = {"shorts": 0.78, "skirt": 0.84}.get(style, COAT_ENDS - 0.02 if coat else 0.0)
+    b.pair(
+        THIGH,
+        (0.0, 0.0, -0.004 - begins * thigh),
+        (0.0, 0.0, -thigh),
+        (0.050 - 0.015 * begins) * g,
+        0.035 * g,
+        bottom if not bare else skin,
+    )
     b.pair(
         SHANK,
         (0.0, 0.0, 0.0),
@@ -216,11 +240,6 @@ def _legs(
         wide * g,
         bottom if not bare else skin,
     )
-    if style == "shorts":
-        b.pair(THIGH, (0.0, 0.0, -0.004), (0.0, 0.002, -0.80 * thigh), 0.052 * g, 0.050 * g, bottom)
-    if style == "skirt":
-        b.pair(THIGH, (0.0, 0.0, -0.004), (0.0, -0.004, -0.86 * thigh), 0.056 * g, 0.060 * g, bottom)
-        b.add(PELVIS, (0.0, 0.0, -0.02), (0.0, 0.0, -0.80 * thigh), 0.056 * g, 0.062 * g, bottom)
     sole = 0.020 - ANKLE_Z
     b.pair(FOOT, (-0.024, 0.0, sole), (0.066, 0.0, sole - 0.003), 0.020, 0.017, shoes)
     b.pair(FOOT, (-0.006, 0.0, -0.004), (0.03, 0.0, -0.014), 0.022, 0.019, shoes, fine=FINE)
@@ -228,10 +247,11 @@ def _legs(
 
 
 def _arms(b: _Body, girth: float, sleeve: Colour, lower: Colour, skin: Colour) -> None:
-    g = girth**0.7
-    b.pair(UPPER_ARM, (0.0, 0.0, -0.002), (0.0, 0.0, -0.18), 0.032 * g, 0.026 * g, sleeve)
-    b.pair(FOREARM, (0.0, 0.0, 0.0), (0.0, 0.0, -0.142), 0.025 * g, 0.019 * g, lower)
-    b.pair(HAND, (0.0, 0.0, -0.004), (0.0, 0.0, -0.038), 0.0155, 0.0165, skin)
+    """Add arms; a bare forearm begins well inside the sleeve: its edge would show beside the sleeve's."""
+    g, inside = girth**0.7, 0.0 if sleeve == lower else 0.016
+    b.pair(UPPER_ARM, (0.0, 0.0, -0.002), (0.0, 0.0, -0.18), 0.032 * g, (0.026 + 0.25 * inside) * g, sleeve)
+    b.pair(FOREARM, (0.0, 0.0, -inside), (0.0, 0.0, -0.142), (0.025 - 0.15 * inside) * g, 0.019 * g, lower)
+    b.pair(HAND, (0.0, 0.0, -0.014), (0.0, 0.0, -0.038), 0.0140, 0.0165, skin)
     b.pair(HAND, (0.0, 0.0, -0.038), (0.010, 0.0, -0.076), 0.0145, 0.009, skin, fine=FINE)
 
 
@@ -245,6 +265,35 @@ def _head(b: _Body, size: float, skin: Colour, hair: Colour, style: str, cloth: 
     b.add(HEAD, at(0.006, 0.0, 0.014), at(0.014, 0.0, -0.030), 0.0435 * size, 0.029 * size, skin)
     b.add(
         HEAD, at(0.042, 0.0, -0.002), at(0.045, 0.0, -0.012), 0.005 * size, 0.007 * size, skin, fine=2 * FINE
+    )
+    for side in (1.0, -1.0):
+        b.add(
+            HEAD,
+            at(0.037, side * 0.0165, 0.006),
+            at(0.037, side * 0.0125, 0.006),
+            0.0040 * size,
+            0.0040 * size,
+            EYES,
+            fine=3 * FINE,
+        )
+        b.add(
+            HEAD,
+            at(-0.002, side * 0.046, 0.002),
+            at(-0.002, side * 0.042, -0.008),
+            0.007 * size,
+            0.005 * size,
+            skin,
+            fine=2 * FINE,
+        )
+    lips = (0.72 * skin[0], 0.5 * skin[1], 0.5 * skin[2])
+    b.add(
+        HEAD,
+        at(0.036, 0.009, -0.032),
+        at(0.036, -0.009, -0.032),
+        0.0042 * size,
+        0.0042 * size,
+        lips,
+        fine=3 * FINE,
     )
     if style == "bald":
         b.add(HEAD, at(-0.004, 0.0, 0.019), at(-0.008, 0.0, 0.010), 0.046 * size, 0.045 * size, skin)
@@ -281,51 +330,35 @@ def _head(b: _Body, size: float, skin: Colour, hair: Colour, style: str, cloth: 
 
 def _coat_tails(b: _Body, thigh: float, girth: float, top: Colour) -> None:
     g = girth
-    b.pair(THIGH, (0.0, 0.0, 0.0), (-0.002, 0.0, -0.62 * thigh), 0.060 * g, 0.056 * g, top)
+    b.pair(THIGH, (0.0, 0.0, 0.0), (-0.002, 0.0, -COAT_ENDS * thigh), 0.060 * g, 0.056 * g, top)
     b.add(PELVIS, (-0.006, 0.0, -0.03), (-0.004, 0.0, -0.55 * thigh), 0.060 * g, 0.056 * g, top)
 
 
 def _backpack(b: _Body, colour: Colour) -> None:
     b.add(CHEST, (-0.075, 0.026, -0.050), (-0.082, 0.024, -0.175), 0.038, 0.046, colour)
     b.add(CHEST, (-0.075, -0.026, -0.050), (-0.082, -0.024, -0.175), 0.038, 0.046, colour)
+    strap = (
+        (-0.050, 0.046, -0.040),
+        (-0.012, 0.048, 0.003),
+        (0.034, 0.050, -0.020),
+        (0.058, 0.056, -0.075),
+        (0.055, 0.062, -0.130),
+    )
     for side in (1.0, -1.0):
-        b.add(
-            CHEST,
-            (0.050, side * 0.052, -0.030),
-            (0.052, side * 0.062, -0.12),
-            0.010,
-            0.008,
-            colour,
-            fine=FINE,
-        )
+        for (x0, y0, z0), (x1, y1, z1) in pairwise(strap):
+            b.add(CHEST, (x0, side * y0, z0), (x1, side * y1, z1), 0.010, 0.010, colour, fine=FINE)
 
 
 def _handbag(b: _Body, colour: Colour) -> None:
-    b.add(PELVIS, (0.035, -0.098, -0.010), (-0.045, -0.098, -0.010), 0.032, 0.032, colour)
+    for z in (0.010, -0.028):
+        b.add(PELVIS, (0.040, -0.100, z), (-0.050, -0.100, z), 0.022, 0.022, colour)
     b.add(PELVIS, (0.0, -0.100, 0.01), (-0.006, 0.040, 0.0), 0.006, 0.006, colour, to=CHEST)
 
 
 def _hi_vis(b: _Body, girth: float) -> None:
-    """Add a vest with two bands of retro-reflective tape round the trunk and one over each shoulder."""
+    """Add two bands of retro-reflective tape round a vest (the trunk's colour) and one over each shoulder."""
     g, tape = girth, (0.55, 0.55, 0.56)
     for side in (1.0, -1.0):
-        b.add(
-            CHEST,
-            (0.0, side * 0.040, -0.068),
-            (0.004, side * 0.030 * g, -0.165),
-            0.0595 * g,
-            0.058 * g,
-            HI_VIS,
-        )
-        b.add(
-            CHEST,
-            (0.004, side * 0.030 * g, -0.165),
-            (0.0, side * 0.031 * g, 0.02),
-            0.058 * g,
-            0.0635 * g,
-            HI_VIS,
-            to=PELVIS,
-        )
         b.add(
             CHEST,
             (0.030, side * 0.048, -0.050),
@@ -335,15 +368,6 @@ def _hi_vis(b: _Body, girth: float) -> None:
             tape,
             retro=RETRO_CLASS_2,
         )
-    b.add(
-        CHEST,
-        (0.004, 0.0, -0.066),
-        (0.003 + 0.03 * (g - 0.9), 0.0, 0.03),
-        0.0615 * g,
-        0.0635 * g,
-        HI_VIS,
-        to=PELVIS,
-    )
     for z in (-0.118, -0.172):
         for y in (0.036 * g, 0.0, -0.036 * g):
             b.add(CHEST, (0.004, y, z), (0.004, y, z), 0.0625 * g, 0.0625 * g, tape, retro=RETRO_CLASS_2)
@@ -419,12 +443,12 @@ def person_of(model: int, seed: int, height_m: float, accessory: str = "", raini
     drawn = float(rng.random())
     carries = accessory or _usual(model, drawn, raining)
     b = _Body()
-    _trunk(b, girth, top, bottom, skin, coat)
-    _legs(b, build, girth, bottom, skin, shoes, legs)
-    _arms(b, girth, top, top if long_sleeves else skin, skin)
-    _head(b, float(build[2]), skin, hair, style, top if style == "hood" else cloth)
+    _trunk(b, girth, HI_VIS if carries == "hi-vis" else top, bottom, skin, coat)
     if coat:
         _coat_tails(b, float(build[4]), girth, top)
+    _legs(b, build, girth, bottom, skin, shoes, legs, coat)
+    _arms(b, girth, top, top if long_sleeves else skin, skin)
+    _head(b, float(build[2]), skin, hair, style, top if style == "hood" else cloth)
     _carry(b, build, girth, carries, bag, raining)
     return Person(build, b.table(), (style, legs, *(("coat",) if coat else ()), carries))
 
