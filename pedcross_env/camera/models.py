@@ -297,7 +297,8 @@ class ModelTable:
         face_middle: (F, 3) mean of its corners.
         edge_beyond: (K,) for the edge from each of ``face_corners`` to its face's next: the face of the same polyhedron
             that shares it, -1 where none does (painted faces share none).
-        face_bend: (F, 3) normal that a face is lit by: bent towards those it meets at a blunt edge, as sheet metal is.
+        face_bend: (F, 4) normal that a face is lit by: bent towards those it meets at a blunt edge, as sheet metal is; 1 where
+            that is not its own.
     """
 
     points: np.ndarray
@@ -364,7 +365,7 @@ def _beyond(part: Sequence[tuple[tuple[int, ...], int, int]], first: int) -> lis
 def _bent(
     part: Sequence[tuple[tuple[int, ...], int, int]], planes: np.ndarray, beyond: Sequence[int], first: int
 ) -> np.ndarray:
-    """Return (faces, 3) the normals that a part's faces are lit by: the mean, by area, with those beyond their blunt edges.
+    """Return (faces, 4) as ``ModelTable.face_bend``: the mean, by area, with the faces beyond their blunt edges.
 
     Args:
         part: Its faces: corners, material, 0 if it bounds the part.
@@ -380,7 +381,7 @@ def _bent(
             if part[other][1] == material and upright[k] @ upright[other] > BLUNT:
                 bent[k] += normals[other]
         edge += len(face)
-    return bent
+    return np.column_stack([bent, (bent != normals).any(axis=1)])
 
 
 @lru_cache(maxsize=1)

@@ -165,9 +165,10 @@ def _car(
     b.loft(
         [
             ring(-half, low + 0.16, 0.52, belt - 0.14, (0.74 * w, 0.80 * w, 0.70 * w)),
-            ring(-half + 0.20, low, 0.56, belt - 0.02, (0.90 * w, 0.985 * w, 0.88 * w)),
-            ring(half - hood, low, 0.58, belt, (0.92 * w, w, 0.90 * w)),
-            ring(half - 0.34, low, 0.54, nose + 0.05, (0.90 * w, 0.975 * w, 0.82 * w)),
+            # shoulders slope: flat ones would be seen edge-on, from a camera as high as they are
+            ring(-half + 0.20, low, belt - 0.13, belt - 0.02, (0.91 * w, 0.985 * w, 0.87 * w)),
+            ring(half - hood, low, belt - 0.11, belt, (0.92 * w, w, 0.89 * w)),
+            ring(half - 0.34, low, nose - 0.10, nose + 0.05, (0.90 * w, 0.975 * w, 0.82 * w)),
             ring(half, low + 0.10, 0.50, nose - 0.12, (0.66 * w, 0.74 * w, 0.62 * w)),
         ],
         PAINT,

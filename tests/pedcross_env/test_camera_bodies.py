@@ -191,7 +191,7 @@ def test_parts_of_the_models_that_ship_are_convex():
 def test_faces_that_meet_at_a_blunt_edge_are_lit_alike_and_those_of_a_box_as_they_are():
     table = model_table()
     plane = table.face_plane[:, :3] / np.linalg.norm(table.face_plane[:, :3], axis=1)[:, None]
-    bend = table.face_bend / np.linalg.norm(table.face_bend, axis=1)[:, None]
+    bend = table.face_bend[:, :3] / np.linalg.norm(table.face_bend[:, :3], axis=1)[:, None]
     owner = np.repeat(np.arange(len(table.face_start) - 1), np.diff(table.face_start))
     pairs = np.stack([owner, table.edge_beyond], axis=1)[table.edge_beyond >= 0]
     a, b = pairs[table.face_material[pairs[:, 0]] == table.face_material[pairs[:, 1]]].T

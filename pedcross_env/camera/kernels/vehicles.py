@@ -184,7 +184,8 @@ def draw_vehicle(
         _middle(middles[face], scale, turn, centre)
         _normal(plane, scale, stretch, turn, normal)
         _face_plane(normal, -height, optics, seen)
-        _normal(bends[face], scale, stretch, turn, normal)
+        if bends[face, 3] > 0.0:
+            _normal(bends[face], scale, stretch, turn, normal)
         size2 = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]
         shorten = 1.0 / (math.sqrt(size2) + 1e-12)
         for k in range(3):
