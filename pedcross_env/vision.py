@@ -123,11 +123,9 @@ class Vision:
 
     def look(self, start_s: float, end_s: float) -> Sight:
         """Sense the policy step from ``start_s`` to ``end_s``."""
-        after = self._world.snapshot(end_s)
+        before, after = self._world.snapshots((start_s, end_s))
         self._view.drive()
-        sensed = None
-        if self._events is not None:
-            sensed = self._events.look(self._world.snapshot(start_s), after, self._depth)
+        sensed = self._events.look(before, after, self._depth) if self._events is not None else None
         frame = self._exposed(start_s, after) if "rgb" in self._config.modalities else None
         return Sight(self._expose(frame, end_s - start_s), sensed, frame)
 

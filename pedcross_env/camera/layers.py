@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pedcross_env.camera.actor_tables import Cast
-from pedcross_env.camera.kernels.layers import lay_all
+from pedcross_env.camera.kernels.layers import lay_all, pick
 
 __all__ = [
     "FARTHEST",
@@ -95,11 +95,9 @@ def in_layer(cast: Cast, layer: Layer) -> np.ndarray:
     numbers = cast.numbers
     if layer.actors is None:
         return numbers
-    chosen, n = numbers.copy(), len(layer.actors)
-    x, y = numbers[n:, 0], numbers[n:, 1]
-    chosen[:n, 6] *= layer.actors
-    chosen[n:, 6] *= (x >= layer.start.of(y)) & (x < layer.end.of(y))
-    return chosen
+    picked = np.empty_like(numbers)
+    pick(numbers, layer.actors, (*layer.start, *layer.end), picked)
+    return picked
 
 
 Picture = tuple[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.float32], ...]
