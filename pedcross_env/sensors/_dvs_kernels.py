@@ -54,9 +54,9 @@ def _settle(end, reference, on_step, off_step, leak_per_s, dt_s, out_reference, 
     """Count the thresholds between each pixel and its reference, move that by them; whether there are any."""
     some = np.int32(0)
     for i in range(end.size):
-        level = reference[i] - leak_per_s[i] * dt_s
+        level, on, off = reference[i] - leak_per_s[i] * dt_s, on_step[i], off_step[i]  # loaded, not gathered
         away = end[i] - level
-        step = on_step[i] if away >= _ZERO else off_step[i]
+        step = on if away >= _ZERO else off
         crossings = np.int32(away / step)
         out_reference[i] = level + np.float32(crossings) * step
         fired[i] = crossings
@@ -77,7 +77,8 @@ def _aim(previous, frame, reference, on_step, off_step, leak_per_s, fired, dt, f
     dt_s = np.float32(dt / _NS)
     for i in range(frame.size):
         start = np.float64(previous[i])
-        step = np.float64(on_step[i] if fired[i] > 0 else -off_step[i])
+        on, off = on_step[i], off_step[i]
+        step = np.float64(on if fired[i] > 0 else -off)
         slope = np.float64(frame[i]) - start + np.float64(leak_per_s[i] * dt_s)
         pace = dt / slope
         pace = pace if slope * step > 0.0 else 0.0
