@@ -1,4 +1,4 @@
-"""Shadows of actors on the ground: hulls of boxes and capsules, cast by the sun, and contact shadows under them."""
+"""Shadows of actors on the ground: hulls of boxes and capsules, cast by the sun, contact shadows under them, and where each is seen."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import INT, allocating, kernel
+from pedcross_env.camera.kernels.jit import INT, allocating, entry, kernel
 from pedcross_env.camera.kernels.pose import FRAMES, pose_body
 
-__all__ = ["CAPSULES_PER_ACTOR", "MAX_EDGES", "POLYGONS_PER_ACTOR", "cast_shadows"]
+__all__ = ["CAPSULES_PER_ACTOR", "MAX_EDGES", "POLYGONS_PER_ACTOR", "cast_shadows", "shadow_bounds"]
 
 MAX_EDGES, POLYGONS_PER_ACTOR, CAPSULES_PER_ACTOR = 12, 4, 10
 SUN, SKY = 0.0, 1.0
@@ -148,3 +148,43 @@ def cast_shadows(actors, kinds, builds, shear, sunny, polygons, info, count, cap
         else:
             capsule_count = _pedestrian(actors[i], builds[i], shear, sunny, capsules, capsule_count)
     return count, capsule_count
+
+
+@entry
+def shadow_bounds(polygon_info, capsules, rotation, camera, optics, size, out):
+    """Fill (polygons + capsules, 4) int64: first and beyond-last row and column that each shadow can reach."""
+    focal, cx, cy = optics
+    count = polygon_info.shape[0]
+    for k in range(out.shape[0]):
+        if k < count:
+            x0, x1, y0, y1 = polygon_info[k, 0], polygon_info[k, 1], polygon_info[k, 2], polygon_info[k, 3]
+        else:
+            s = capsules[k - count]
+            reach = s[5] + s[6]
+            x0, x1 = min(s[0], s[0] + s[2]) - reach, max(s[0], s[0] + s[2]) + reach
+            y0, y1 = min(s[1], s[1] + s[3]) - reach, max(s[1], s[1] + s[3]) + reach
+        u0, u1, v0, v1 = 1e9, -1e9, 1e9, -1e9
+        for corner in range(4):
+            here, there = corner, (corner + 1) % 4
+            ax, ay = (x1 if here in (1, 2) else x0) - camera[0], (y1 if here >= 2 else y0) - camera[1]
+            bx, by = (x1 if there in (1, 2) else x0) - camera[0], (y1 if there >= 2 else y0) - camera[1]
+            az = rotation[2, 0] * ax + rotation[2, 1] * ay - rotation[2, 2] * camera[2]
+            bz = rotation[2, 0] * bx + rotation[2, 1] * by - rotation[2, 2] * camera[2]
+            near = 0.1
+            for end in range(2):  # this corner, and where the edge passes the near plane
+                px, py = ax, ay
+                if end == 0:
+                    if az < near:
+                        continue
+                elif (az < near) == (bz < near):
+                    continue
+                else:
+                    t = (near - az) / (bz - az)
+                    px, py = ax + t * (bx - ax), ay + t * (by - ay)
+                z = max(near, rotation[2, 0] * px + rotation[2, 1] * py - rotation[2, 2] * camera[2])
+                u = cx + focal * (rotation[0, 0] * px + rotation[0, 1] * py - rotation[0, 2] * camera[2]) / z
+                v = cy + focal * (rotation[1, 0] * px + rotation[1, 1] * py - rotation[1, 2] * camera[2]) / z
+                u0, u1, v0, v1 = min(u0, u), max(u1, u), min(v0, v), max(v1, v)
+        # a pixel's footprint blurs by a pixel
+        out[k, 0], out[k, 1] = max(0, int(max(v0, -9.0)) - 2), min(size[0], int(min(v1, size[0] + 9.0)) + 3)
+        out[k, 2], out[k, 3] = max(0, int(max(u0, -9.0)) - 2), min(size[1], int(min(u1, size[1] + 9.0)) + 3)
