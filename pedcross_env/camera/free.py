@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from pedcross_env.camera.ground_tables import GroundTables
 from pedcross_env.camera.kernels.ground_free import draw_ground_and_sky_freely
 from pedcross_env.camera.kernels.shadows import shadow_bounds
 from pedcross_env.camera.kernels.street_profile import STREET_ROWS, WORK_SIZE
-from pedcross_env.camera.layout import GroundTables
 from pedcross_env.camera.pinhole import CameraPose
 
 __all__ = ["draw_ground_freely", "horizon_line"]

@@ -12,12 +12,13 @@ from pedcross_env.camera.actor_tables import ActorTables
 from pedcross_env.camera.environment import beam_place, constant_environment, environment, others_beams
 from pedcross_env.camera.free import draw_ground_freely, horizon_line
 from pedcross_env.camera.glare import Glare
+from pedcross_env.camera.ground_tables import GroundTables, ground_tables
 from pedcross_env.camera.kernels.finish import finish_frame
 from pedcross_env.camera.kernels.ground import draw_ground_and_sky
 from pedcross_env.camera.kernels.mirror import GRID_PLANES, mirror_in_road
 from pedcross_env.camera.kernels.scene import draw_scene
 from pedcross_env.camera.layers import WHOLE, Layer, Seen, in_layer
-from pedcross_env.camera.layout import GroundTables, ground_tables, scenery_for
+from pedcross_env.camera.layout import scenery_for
 from pedcross_env.camera.lens import lens_of
 from pedcross_env.camera.light import (
     LUMA,
