@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from functools import lru_cache
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -21,14 +20,16 @@ from pedcross_env.scenario.scenario import VEHICLE_MODELS
 from pedcross_env.scenario.sizes import VEHICLE_SIZES, Size
 
 __all__ = [
-    "DARK", "GLASS", "HEADLIGHT", "PAINT", "PLATE", "RIM", "TAIL", "TRIM", "TYRE", "Model", "ModelBuilder", "ModelTable",
-    "add_material", "material_table", "model_table", "model_index", "register_prop_model", "register_vehicle", "registered", "ring",
+    "DARK", "GLASS", "HEADLIGHT", "PAINT", "PLATE", "RIM", "TAIL", "TRIM", "TYRE", "Face", "Model", "ModelBuilder", "Point",
+    "add_material", "material_table", "model_index", "plane_of", "register_prop_model", "register_vehicle", "registered",
+    "registered_models", "ring",
 ]  # fmt: skip
 
 Point = tuple[float, float, float]
+Face = tuple[tuple[int, ...], int, int]
+"""Corners, material, and 0 if it bounds its part, 1 if it is painted on it, 2 if painted and seen near by only."""
 CORNERS_AT_MOST, FACES_AT_MOST = 20, 96  # of a face, and of a part: what the kernels have room for
 FLAT_M = 1e-9  # what rounding leaves of corners in one plane
-BLUNT = np.cos(np.deg2rad(28.0))  # faces that meet at a smaller angle are lit as one bent sheet
 PAINTED, FINE = 1, 2  # face details: always there; only near by
 
 # albedo r, g, b, gloss, emission kind (0 none, 1 headlight, 2 tail and brake light)
@@ -69,19 +70,19 @@ def material_table() -> np.ndarray:
     return np.array(_MATERIALS)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Model:
-    """A body of convex parts, made by ``ModelBuilder.build``.
+    """A body of convex parts, made by ``ModelBuilder.build``; each is only equal to itself.
 
     Attributes:
         size: Length, width, height it is modelled at; actors of other sizes scale it.
         points: Corners in metres: x ahead, y left, z up, the origin on the ground under its middle.
-        parts: For each convex part its faces: (corners, material, 0 bounds the part, 1 painted, 2 painted and seen near by only).
+        parts: For each convex part its faces.
     """
 
     size: Size
     points: tuple[Point, ...]
-    parts: tuple[tuple[tuple[tuple[int, ...], int, int], ...], ...]
+    parts: tuple[tuple[Face, ...], ...]
 
 
 class ModelBuilder:
@@ -116,7 +117,7 @@ class ModelBuilder:
     def _rise(self, fan: list[list[int]], face: list[int]) -> float:
         """How far corners of a face rise above the triangles it is split into: 0 where they are convex."""
         points = np.array([self._points[i] for i in face])
-        planes = [_plane([self._points[i] for i in triangle]) for triangle in fan]
+        planes = [plane_of([self._points[i] for i in triangle]) for triangle in fan]
         return max(float((points @ plane[:3] - plane[3]).max()) for plane in planes)
 
     def loft(self, rings: Sequence[Sequence[Point]], material: int, caps: int | None = None) -> None:
@@ -238,7 +239,6 @@ _PROPS: dict[str, Model] = {}
 def _add(kind: str, registry: dict[str, Model], name: str, model: Model) -> None:
     require(bool(name) and name not in registry, f"{kind} name", name, f"new; taken: {', '.join(registry)}")
     registry[name] = model
-    model_table.cache_clear()
 
 
 def register_vehicle(name: str, model: Model) -> None:
@@ -263,12 +263,17 @@ def register_prop_model(name: str, model: Model) -> None:
 
 
 def registered() -> tuple[str, ...]:
-    """Return the names of all models in the order of ``model_table``."""
+    """Return the names of all models: vehicles, then props."""
     return (*VEHICLE_MODELS, *_PROPS)
 
 
+def registered_models() -> tuple[Model, ...]:
+    """Return all models in the order of ``registered``."""
+    return (*(_VEHICLES[name] for name in VEHICLE_MODELS), *_PROPS.values())
+
+
 def model_index(name: str) -> tuple[int, Size]:
-    """Return a model's number in ``model_table`` and its size.
+    """Return a model's number in the order of ``registered`` and its size.
 
     Raises:
         ConfigError: If there is no such vehicle or prop.
@@ -277,48 +282,6 @@ def model_index(name: str) -> tuple[int, Size]:
     if name not in names:
         raise unknown_name("model", name, names)
     return names.index(name), (_VEHICLES.get(name) or _PROPS[name]).size
-
-
-@dataclass(frozen=True, slots=True)
-class ModelTable:
-    """All models, concatenated: vehicles in the order of VEHICLE_MODELS, then props.
-
-    Attributes:
-        points: (V, 3) corners in metres at the nominal size, origin on the ground under the centre.
-        model_points: (M + 1,) where a model's points start.
-        model_parts: (M + 1,) where a model's polyhedra start.
-        part_faces: (P + 1,) where a polyhedron's faces start.
-        face_start: (F + 1,) where a face's corners start.
-        face_corners: (K,) indices relative to the model's first point.
-        face_material: (F,).
-        face_detail: (F,) 0 bounds its polyhedron, 1 is painted on it, 2 is painted and seen near by only.
-        face_plane: (F, 4) normal outwards, as long as the face has twice the area, and what it gives on the face.
-        nominal: (M, 3) length, width, height.
-        face_middle: (F, 3) mean of its corners.
-        edge_beyond: (K,) for the edge from each of ``face_corners`` to its face's next: the face of the same polyhedron
-            that shares it, -1 where none does (painted faces share none).
-        face_bend: (F, 4) normal that a face is lit by: bent towards those it meets at a blunt edge, as sheet metal is; 1 where
-            that is not its own.
-    """
-
-    points: np.ndarray
-    model_points: np.ndarray
-    model_parts: np.ndarray
-    part_faces: np.ndarray
-    face_start: np.ndarray
-    face_corners: np.ndarray
-    face_material: np.ndarray
-    face_detail: np.ndarray
-    face_plane: np.ndarray
-    nominal: np.ndarray
-    face_middle: np.ndarray
-    edge_beyond: np.ndarray
-    face_bend: np.ndarray
-
-    @property
-    def arrays(self) -> tuple[np.ndarray, ...]:
-        """All of them, as kernels take them."""
-        return tuple(getattr(self, f.name) for f in fields(self))
 
 
 def _normal(corners: Sequence[Point]) -> Point:
@@ -331,7 +294,7 @@ def _normal(corners: Sequence[Point]) -> Point:
     return x, y, z
 
 
-def _plane(corners: Sequence[Point]) -> np.ndarray:
+def plane_of(corners: Sequence[Point]) -> np.ndarray:
     """Return Newell's normal of a face and its product with the first corner."""
     normal = np.array(_normal(corners))
     return np.array([*normal, normal @ np.array(corners[0])])
@@ -342,84 +305,6 @@ def _bulge(corners: Sequence[Point]) -> float:
     normal = np.array(_normal(corners))
     heights = np.array(corners) @ normal
     return float((heights.max() - heights.min()) / max(np.sqrt(normal @ normal), FLAT_M))
-
-
-def _beyond(part: Sequence[tuple[tuple[int, ...], int, int]], first: int) -> list[int]:
-    """Return for each edge of a part's faces the number of the face on its other side, which runs along it the other way.
-
-    Args:
-        part: Its faces: corners, material, 0 if it bounds the part.
-        first: Number of the first.
-    """
-    runs = [list(zip(face, face[1:] + face[:1], strict=True)) for face, _, _ in part]
-    bounding = [k for k, (_, _, painted) in enumerate(part) if painted == 0]
-    owner = {edge: k for k in bounding for edge in runs[k]}
-    beyond = []
-    for k, run in enumerate(runs):
-        for a, b in run:
-            other = owner.get((b, a)) if owner.get((a, b)) == k else None
-            beyond.append(-1 if other is None else first + other)
-    return beyond
-
-
-def _bent(
-    part: Sequence[tuple[tuple[int, ...], int, int]], planes: np.ndarray, beyond: Sequence[int], first: int
-) -> np.ndarray:
-    """Return (faces, 4) as ``ModelTable.face_bend``: the mean, by area, with the faces beyond their blunt edges.
-
-    Args:
-        part: Its faces: corners, material, 0 if it bounds the part.
-        planes: (faces, 4) as ``ModelTable.face_plane``.
-        beyond: From ``_beyond``.
-        first: Number of the part's first face.
-    """
-    normals = planes[:, :3]
-    upright = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    bent, edge = normals.copy(), 0
-    for k, (face, material, _) in enumerate(part):
-        for other in (number - first for number in beyond[edge : edge + len(face)] if number >= 0):
-            if part[other][1] == material and upright[k] @ upright[other] > BLUNT:
-                bent[k] += normals[other]
-        edge += len(face)
-    return np.column_stack([bent, (bent != normals).any(axis=1)])
-
-
-@lru_cache(maxsize=1)
-def model_table() -> ModelTable:
-    """Build the table of all models registered so far."""
-    models = [_VEHICLES[name] for name in VEHICLE_MODELS] + list(_PROPS.values())
-    points: list[Point] = []
-    model_points, model_parts, part_faces, face_start = [0], [0], [0], [0]
-    corners: list[int] = []
-    material: list[int] = []
-    detail: list[int] = []
-    planes: list[np.ndarray] = []
-    middles: list[np.ndarray] = []
-    beyond: list[int] = []
-    bends: list[np.ndarray] = []
-    for model in models:
-        points += model.points
-        places = np.array(model.points)
-        for part in model.parts:
-            own, first = _beyond(part, len(material)), len(material)
-            beyond += own
-            for face, surface, painted in part:
-                corners += face
-                planes.append(_plane([model.points[i] for i in face]))
-                middles.append(places[list(face)].mean(axis=0))
-                face_start.append(len(corners))
-                material.append(surface)
-                detail.append(painted)
-            bends.append(_bent(part, np.array(planes[first:]), own, first))
-            part_faces.append(len(material))
-        model_points.append(len(points))
-        model_parts.append(len(part_faces) - 1)
-    as_int = lambda values: np.array(values, np.int64)  # noqa: E731
-    return ModelTable(
-        np.array(points), as_int(model_points), as_int(model_parts), as_int(part_faces), as_int(face_start),
-        as_int(corners), as_int(material), as_int(detail), np.array(planes), np.array([model.size for model in models]),
-        np.array(middles), as_int(beyond), np.concatenate(bends),
-    )  # fmt: skip
 
 
 def ring(x: float, low: float, mid: float, top: float, widths: tuple[float, float, float]) -> list[Point]:

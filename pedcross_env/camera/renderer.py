@@ -28,7 +28,8 @@ from pedcross_env.camera.light import (
     light_of,
     low_beam_table,
 )
-from pedcross_env.camera.models import material_table, model_table
+from pedcross_env.camera.model_table import model_table
+from pedcross_env.camera.models import material_table
 from pedcross_env.camera.pinhole import CameraPose, camera_pose
 from pedcross_env.camera.profiles import bands_of, covered_by, stripes_of
 from pedcross_env.camera.reach import reach_of

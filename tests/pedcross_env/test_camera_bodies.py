@@ -11,7 +11,8 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from pedcross_env.camera.kernels.jit import entry
 from pedcross_env.camera.kernels.polyhedra import PLACED, draw_polyhedron, polyhedron_work
-from pedcross_env.camera.models import ModelBuilder, model_index, model_table
+from pedcross_env.camera.model_table import model_table
+from pedcross_env.camera.models import ModelBuilder, model_index
 
 HEIGHT, WIDTH = 60, 450
 FOCAL, CX, CY = 400.0, 225.0, 30.0

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pedcross_env.camera.models import HEADLIGHT, TAIL, model_table
+from pedcross_env.camera.model_table import model_table
+from pedcross_env.camera.models import HEADLIGHT, TAIL
 from pedcross_env.scenario.scenario import VEHICLE_MODELS
 from pedcross_env.scenario.sizes import VEHICLE_SIZES
 

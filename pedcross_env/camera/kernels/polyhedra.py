@@ -291,7 +291,7 @@ def draw_polyhedron(
         base: First face that ``facing`` and ``colours`` have.
         whole: Whether nothing of it is nearer than NEAR_M.
         mesh: (where a face's corners start, the corners' numbers, 0 for a face that bounds the body and more for one that is painted
-            on it, the face beyond each edge) as camera.models.ModelTable.
+            on it, the face beyond each edge) as camera.model_table.ModelTable.
         placed: (V, PLACED) float64 corners.
         facing: Of each face from ``base`` on its inverse depth per column, per row and constant, and how strongly it is painted:
             0 where it is not to be drawn.

@@ -305,7 +305,7 @@ def draw_scene(
         looks: (N, 8, 4) a vehicle's paint in [:, 0, :3].
         builds: (N, BUILD_SIZE) proportions of pedestrians, see kernels.pose.
         bodies: (N, MAX_BODY, PART_SIZE) their capsules, see kernels.people.
-        vehicles: ``arrays`` of camera.models.ModelTable.
+        vehicles: ``arrays`` of camera.model_table.ModelTable.
         materials: (M, 5).
         capsules: (S, 12) static capsules, see scenery.
         groups: (G, 16) static groups, see scenery.trees.

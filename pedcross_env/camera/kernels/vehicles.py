@@ -128,7 +128,7 @@ def draw_vehicle(
     Args:
         actor: (14,) as kernels.scene.
         paint: (3,) albedo of material 0.
-        vehicles: ``arrays`` of camera.models.ModelTable.
+        vehicles: ``arrays`` of camera.model_table.ModelTable.
         materials: (M, 5).
         rotation: (3, 3) world to camera.
         camera: (3,) its position.
