@@ -22,10 +22,8 @@ EGO, VEHICLE, PEDESTRIAN, BRAKE = (64, 132, 214), (206, 206, 210), (232, 120, 36
 STRIPE_M, DASH_M, SUBPIXEL_BITS = 0.5, 3.0, 4
 BENT_HALF_WIDTH_M = 24.0
 KERB_M, HOUSE_DEEP_M, LEAST_CAR_M = 0.25, 12.0, 2.5
-OUTLINE = np.array(
-    [[-0.5, -0.38], [-0.42, -0.5], [0.36, -0.5], [0.47, -0.36], [0.5, 0.0]]
-)  # of a car, one side, shares of its size
-# windscreen and rear window, shares of length and width
+# of a car, in shares of its length and width: one side, from its rear; windscreen and rear window
+OUTLINE = np.array([[-0.5, -0.38], [-0.42, -0.5], [0.36, -0.5], [0.47, -0.36], [0.5, 0.0]])
 PANES = (
     ((0.12, -0.42), (0.26, -0.34), (0.26, 0.34), (0.12, 0.42)),
     ((-0.40, -0.32), (-0.30, -0.40), (-0.30, 0.40), (-0.40, 0.32)),

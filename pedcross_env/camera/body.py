@@ -72,10 +72,8 @@ class Body:
 def add_trunk(b: Body, girth: float, top: Colour, bottom: Colour, skin: Colour, coat: bool) -> None:
     """Add chest, belly, hips and neck."""
     g = girth
-    for side in (
-        1.0,
-        -1.0,
-    ):  # upright: a capsule seen along its axis jumps from one end's depth to the other's
+    # upright: a capsule seen along its axis jumps from one end's depth to the other's
+    for side in (1.0, -1.0):
         b.add(
             PELVIS,
             (0.0, side * 0.027, 0.020),

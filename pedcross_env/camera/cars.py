@@ -95,15 +95,14 @@ def _cabin(
     rise = height - belt
     t0, t1, upper = x0 + 0.82 * rake[0], x1 - 0.82 * rake[1], 0.77 * w
     r0, r1, roof = x0 + rake[0] + 0.12, x1 - rake[1] - 0.16, 0.65 * w
-    sill = (
-        0.85 * w
-    )  # well within the body's upper edge: a narrower shoulder than a pixel would be seen here and hidden there
+    # well within the body's upper edge: a narrower shoulder than a pixel would be seen here and hidden there
+    sill = 0.85 * w
     z1 = belt + 0.84 * rise
 
-    def ring(a: float, c: float, y: float, z: float) -> list[Point]:
+    def level(a: float, c: float, y: float, z: float) -> list[Point]:
         return [(a, -0.92 * y, z), (c, -y, z), (c, y, z), (a, 0.92 * y, z)]  # narrower at the rear
 
-    b.loft([ring(x0, x1, sill, belt - 0.03), ring(t0, t1, upper, z1), ring(r0, r1, roof, height)], PAINT)
+    b.loft([level(x0, x1, sill, belt - 0.03), level(t0, t1, upper, z1), level(r0, r1, roof, height)], PAINT)
 
     def at(s: float, t: float, side: float, wide: float = 1.0) -> Point:
         a, c = x0 + t * (t0 - x0), x1 + t * (t1 - x1)

@@ -54,9 +54,8 @@ def test_trees_and_lamps_stay_within_their_reach(seed: int) -> None:
         for capsule in scenery.capsules[int(group[0]) : int(group[1])]:
             for end, thick in ((capsule[0:3], capsule[6]), (capsule[3:6], capsule[7])):
                 assert math.dist(centre, end) + thick <= radius
-        if (
-            group[7] >= 0
-        ):  # a crown, which faces the camera: its texture's leaves reach from -1 to 1 of its half width and height
+        # a crown faces the camera: its texture's leaves reach from -1 to 1 of its half width and height
+        if group[7] >= 0:
             columns = crown_textures().bounds[0][int(group[7])]
             rows = np.flatnonzero(columns[:, 1] > columns[:, 0])
             nodes = 0.5 * (len(columns) - 2 * BORDER - 1)

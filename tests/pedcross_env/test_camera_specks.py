@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from camera_scenes import pedestrian, renderer, snapshot
 
-SAMPLES, MOST = (
-    4,
-    3.0,
-)  # along each side of a pixel; what a speck may stand out by, in shares of what is there
+SAMPLES = 4  # along each side of a pixel
+MOST = 3.0  # what a speck may stand out by, in shares of what is there
 
 
 def crowd(away, batch):
