@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from pedcross_env.camera.kernels.people import MAX_BODY, PART_SIZE
+from pedcross_env.camera.body import Body, Colour, Point
 from pedcross_env.camera.kernels.pose import B_RIDES, CRANK, GROUND
 from pedcross_env.camera.people import ADULT, Person, person_of
 
@@ -28,17 +28,13 @@ _REFLECTOR = 50.0  # cd/(lx m2) of its area, much below that of a vest's tape
 _HEAVY = ("coat", "skirt", "shorts")  # clothes made for a standing body
 
 
-def _bicycle(paint: tuple[float, float, float]) -> list[list[float]]:
-    """Rows of kernels.people's parts."""
+def _bicycle(paint: Colour) -> Body:
     scale = 1.0 / RIDER_HEIGHT_M
-    rows: list[list[float]] = []
+    bicycle = Body()
 
-    def bar(
-        a: tuple[float, float, float], b: tuple[float, float, float], radius: float,
-        colour: tuple[float, float, float], retro: float = 0.0,
-    ) -> None:  # fmt: skip
-        ends = [scale * v for v in a], [scale * v for v in b]
-        rows.append([GROUND, *ends[0], GROUND, *ends[1], radius * scale, radius * scale, *colour, retro, 0.0])
+    def bar(a: Point, b: Point, radius: float, colour: Colour, retro: float = 0.0) -> None:
+        start, end = (scale * a[0], scale * a[1], scale * a[2]), (scale * b[0], scale * b[1], scale * b[2])
+        bicycle.add(GROUND, start, end, radius * scale, radius * scale, colour, retro=retro)
 
     for x in _AXLES_M:
         turn = 2 * np.pi * np.arange(_SPOKES + 1) / _SPOKES
@@ -62,14 +58,14 @@ def _bicycle(paint: tuple[float, float, float]) -> list[list[float]]:
     bar((0.34, -0.26, 1.04), (0.34, 0.26, 1.04), 0.014, _METAL)
     bar((-0.32, 0.0, 0.92), (-0.10, 0.0, 0.92), 0.035, _RUBBER)
     bar((-0.66, 0.0, 0.62), (-0.66, 0.0, 0.65), 0.03, _TAIL, _REFLECTOR)
-    return rows
+    return bicycle
 
 
 @lru_cache(maxsize=64)
 def rider_of(seed: int) -> Person:
     """Draw a cyclist from a seed: an adult without coat or skirt, on a bicycle of some colour.
 
-    The bicycle is tall as the rider is; parts that show from near by only are left out where there is no room.
+    The bicycle is tall as the rider is.
     """
     person = person_of(ADULT, seed, RIDER_HEIGHT_M, "none")
     other = seed
@@ -79,11 +75,7 @@ def rider_of(seed: int) -> Person:
     build = person.build.copy()
     build[B_RIDES] = 1.0
     build[8:11] = build[11:14] = _REACH
-    bicycle = _bicycle(_PAINTS[seed % len(_PAINTS)])
-    body = [row for row in person.body if row[8] > 0]
-    room = MAX_BODY - len(bicycle)
-    body = sorted(body, key=lambda row: float(row[14]))[:room]  # what is always seen first
-    table = np.zeros((MAX_BODY, PART_SIZE))
-    table[: len(bicycle)] = bicycle
-    table[len(bicycle) : len(bicycle) + len(body)] = body
-    return Person(build, table, person.wears)
+    drawn = _bicycle(_PAINTS[seed % len(_PAINTS)])
+    body = [row.tolist() for row in person.body if row[8] > 0]
+    drawn.rows += sorted(body, key=lambda row: row[14])  # what is always seen first
+    return Person(build, drawn.table(), person.wears)

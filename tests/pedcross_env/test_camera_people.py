@@ -174,6 +174,10 @@ def test_there_is_room_for_whatever_anybody_wears_and_carries(model):
     assert 64 < fullest < MAX_BODY
 
 
+def test_there_is_room_for_every_cyclist_with_its_bicycle():
+    assert 64 < max(np.count_nonzero(rider_of(seed).body[:, 8]) for seed in range(250)) < MAX_BODY
+
+
 def test_the_rain_only_puts_up_umbrellas():
     for seed in range(40):
         dry, wet = person_of(0, seed, 1.75), person_of(0, seed, 1.75, "", True)
