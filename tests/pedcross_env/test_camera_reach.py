@@ -52,8 +52,11 @@ def test_trees_and_lamps_stay_within_their_reach(seed: int) -> None:
     for group in scenery.groups:
         centre, radius = group[2:5], group[5]
         for capsule in scenery.capsules[int(group[0]) : int(group[1])]:
-            for end, thick in ((capsule[0:3], capsule[6]), (capsule[3:6], capsule[7])):
-                assert math.dist(centre, end) + thick <= radius
+            axis = (capsule[3:6] - capsule[0:3]) / math.dist(capsule[0:3], capsule[3:6])
+            for end, thick in ((capsule[0:3], capsule[6]), (capsule[3:6], capsule[7])):  # flat: discs
+                along = float((end - centre) @ axis)
+                across = float(np.linalg.norm(end - centre - along * axis))
+                assert math.hypot(along, across + thick) <= radius
         # a crown faces the camera: its texture's leaves reach from -1 to 1 of its half width and height
         if group[7] >= 0:
             columns = crown_textures().bounds[0][int(group[7])]
