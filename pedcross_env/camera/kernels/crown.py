@@ -36,6 +36,7 @@ SUN_ROUND, SUN_FACING = 0.36, 0.50
 SNOW_LIES = 0.6  # share of a leaf that faces up which lying snow hides
 EMPTY = np.float32(1e-4)  # more than what rounding leaves where there is nothing
 FINE = 4.0  # texels per column from which the next coarser texture does: it blurs by a quarter of a pixel at most
+MANY = 2.0  # texels per column and per row from which each has little to do with what is seen
 LUMA = (0.2126, 0.7152, 0.0722)
 
 
@@ -156,12 +157,30 @@ def _between(top0, top1, top2, bottom0, bottom1, bottom2, above, below, above2, 
 
 
 @kernel
-def _sums_row(sums, top, bottom, low, high, added):
+def _between_many(top0, top1, bottom0, bottom1, part, part2, added):
+    """Fill the same with either line's sums on the straight line between its two nodes."""
+    for k in range(added.shape[0]):
+        start, end = part * (top1[k] - top0[k]), part2 * (bottom1[k] - bottom0[k])
+        added[k] = (bottom0[k] - top0[k]) + (end - start)
+
+
+@kernel
+def _sums_row(sums, top, bottom, low, high, many, added):
     """Fill the sums along a row of pixels, which reaches from ``top`` to ``bottom`` (see ``_place``), at nodes ``low`` to ``high``.
 
-    Either line's sums are the mean over one texel, as in ``_edges_of_columns``.
+    Either line's sums are the mean over one texel, as in ``_edges_of_columns``; or, where a pixel has ``many`` texels and none
+    is seen by itself, those on the line, for two thirds of the fetches.
     """
     across = sums.shape[1] // TEXTURE_CHANNELS
+    if many:
+        top, bottom = top - 0.5, bottom - 0.5
+        t, b = int(top), int(bottom)
+        for channel in range(TEXTURE_CHANNELS):
+            i, j = channel * across + low, channel * across + high
+            _between_many(
+                sums[t, i:j], sums[t + 1, i:j], sums[b, i:j], sums[b + 1, i:j], np.float32(top - t), np.float32(bottom - b), added[i:j]
+            )  # fmt: skip
+        return
     t, b = int(top), int(bottom)
     above, below = np.float32(0.5 * (1.0 - top + t) ** 2), np.float32(0.5 * (top - t) ** 2)
     above2, below2 = np.float32(0.5 * (1.0 - bottom + b) ** 2), np.float32(0.5 * (bottom - b) ** 2)
@@ -285,6 +304,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     step, fall = flip * 0.5 * texels / rx, 0.5 * texels / ry  # texels per column, per row
     start, top = 0.5 * texels + step * (a - u0), 0.5 * texels + fall * (row0 - v0)
     share = np.float32(fade * units[level] / (step * fall))
+    many = min(abs(step), fall) > MANY
     n = b - a
     nodes = nodes[: n + 1]
     _edges_of_columns(start, step, texels, nodes, weights)
@@ -300,7 +320,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
         left, middle, right = weights[0, c0 : c1 + 1], weights[1, c0 : c1 + 1], weights[2, c0 : c1 + 1]
         ends = int(edges[0]), int(edges[c1 - c0])
         low, high = (min(ends) - 1) // LANES * LANES, (max(ends) + 1 + LANES) // LANES * LANES
-        _sums_row(leaves, above, below, low, high, added)
+        _sums_row(leaves, above, below, low, high, many, added)
         cover = alpha[row, a + c0 : a + c1]
         _columns(added[:stride], edges, left, middle, right, share, cover)
         _settle_cover(cover, depth_inverse, inverse[row, a + c0 : a + c1])
