@@ -47,10 +47,19 @@ class Surroundings(NamedTuple):
         return float(ends.max(initial=x_m - CLEAR_M)) + CLEAR_M
 
 
+def _beside(panels: np.ndarray) -> np.ndarray:
+    """Which walls stand beside a straight road: not those across its ends."""
+    along = panels[np.abs(panels[:, 3]) > 0.5]
+    tips = np.concatenate([along[:, 0], along[:, 0] + along[:, 3] * along[:, 6]])
+    low, high = tips.min(initial=np.inf), tips.max(initial=-np.inf)
+    return np.asarray((panels[:, 0] > low - CLEAR_M) & (panels[:, 0] < high + CLEAR_M))
+
+
 def surroundings_of(scenery: Scenery, light: Light) -> Surroundings:
     """Measure a street's scenery under a light."""
     capsules, crowns, props, panels = scenery.capsules, scenery.groups, scenery.props.numbers, scenery.panels
     crowns = crowns[crowns[:, 7] >= 0]
+    panels = panels[_beside(panels)]
     sine, cosine = np.abs(np.sin(props[:, 3])), np.abs(np.cos(props[:, 3]))
     middles = [
         (capsules[:, 1] + _ALONG * (capsules[:, 4] - capsules[:, 1])).reshape(-1), crowns[:, 9], props[:, 1],

@@ -1,5 +1,6 @@
 """The camera's geometry against pinhole arithmetic, and what images keep whatever is in front of it."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -124,3 +125,20 @@ def test_yawed_and_pitched_cameras_see_a_whole_image():
 def test_rendering_before_loading_says_what_to_do():
     with pytest.raises(ConfigError, match="load"):
         Renderer(CameraConfig()).render(snapshot())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_straight_street_ends_in_houses(seed):
+    """Ahead, at the height of a first floor, there is no sky: from afar, near the end and at any place across."""
+    for x, y in ((0.0, -1.75), (120.0, 0.0), (220.0, 2.5)):
+        camera = renderer()
+        camera.load(dataclasses.replace(STREET, seed=seed), Weather())
+        scene = snapshot(x=x)
+        scene.ego["y"] = y
+        frame, pose = camera.render(scene), camera_pose(camera.config, scene.ego)
+        middle, horizon = round(pose.cx), round(pose.cy)
+        ahead = frame.instance[horizon - 3 : horizon, middle - 3 : middle + 4]
+        assert (ahead == StaticClass.BUILDING).all()
+        houses = STREET.end_x_m + 40.0
+        assert (frame.depth[horizon - 2, middle - 2 : middle + 3] > houses - x).all()
+        assert (frame.depth[horizon - 2, middle - 2 : middle + 3] < houses + 60.0 - x).all()

@@ -10,6 +10,7 @@ import numpy as np
 from pedcross_env.camera.models import registered
 from pedcross_env.camera.props import FURNITURE
 from pedcross_env.camera.scenery.buildings import BUILDINGS, building_rows
+from pedcross_env.camera.scenery.ends import closing_rows
 from pedcross_env.camera.scenery.foliage import crown_textures
 from pedcross_env.camera.scenery.furniture import Props, standing_things
 from pedcross_env.camera.scenery.lamps import lamp_maps
@@ -71,7 +72,7 @@ def scenery_of(street: StreetSpec, *, loose: bool = True) -> Scenery:
 
     Args:
         street: A straight one.
-        loose: Whether there may be gardens between houses, and fronts that stand back.
+        loose: Whether there may be gardens between houses, fronts that stand back, and houses across the ends.
     """
     return _built(street, loose, (registered(), tuple(FURNITURE), tuple(BUILDINGS)))
 
@@ -82,9 +83,10 @@ def _built(street: StreetSpec, loose: bool, registries: object) -> Scenery:
     house_rng, furniture_rng = np.random.default_rng([street.seed & 0xFFFFFFFF, 11]).spawn(2)
     rows = building_rows(street, house_rng, loose)
     things = standing_things(street, rows.roofs, furniture_rng)
+    panels = np.concatenate([rows.panels, closing_rows(rows.panels, street)]) if loose else rows.panels
     low, high, across_low = across_profiles(street)
     ground, ground_frame, fronts, map_frame = lamp_maps(street, things.lamps)
     return Scenery(
-        rows.panels, things.capsules, things.groups, things.lamps, ground, ground_frame, fronts, map_frame, along_profiles(street),
+        panels, things.capsules, things.groups, things.lamps, ground, ground_frame, fronts, map_frame, along_profiles(street),
         low, high, across_low, things.shadows, things.props,
     )  # fmt: skip
