@@ -11,17 +11,22 @@ from functools import lru_cache
 
 import numpy as np
 
+from pedcross_env.camera.kernels.cumulus import look_at_clouds
+
 __all__ = ["CLOUD_COLUMNS", "CLOUD_ROWS", "cloud_texture", "directions"]
 
 CLOUD_ROWS, CLOUD_COLUMNS = (
-    160,
-    1024,
+    256,
+    1536,
 )  # over the sine of the elevation, 0 to 1, and over the diamond angle, 0 to 4
-LATTICE = 128  # of the noise, periodic
-OCTAVES = 6
-SKIES = 8  # of different shapes: making one takes a twentieth of a second
+SKIES = 8  # of different shapes: making one takes a tenth of a second
+TILE = 512  # of the noise, periodic
+WIDE, FINE = 12.0, 3.0  # what the tiles of the layer and of its billows span, in heights of the clouds' base
+BILLOWS = 0.45  # how strong they are, in standard deviations of the layer
+RISE = 0.16  # of a cloud's top per root of its thickness
 CURVE = 0.12  # keeps the layer's horizon finite, as the earth's curvature does
-SOFTNESS = 0.22  # of a cloud's edge, in standard deviations of the noise
+RIFTS = -2.8  # thickness below which even a closed cover has some
+SOFTNESS = 0.3  # of a cloud's edge, in standard deviations of the layer
 HAZE_SINE = 0.07  # below this elevation clouds drown in the horizon's haze
 
 
@@ -40,40 +45,32 @@ def directions() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return x / length * cosine, y / length * cosine, sine + 0.0 * x
 
 
-def _noise(x: np.ndarray, y: np.ndarray, lattice: np.ndarray) -> np.ndarray:
-    """Value noise with the smoothest cubic between lattice points."""
-    i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
-    s, t = x - i, y - j
-    s, t = s * s * (3.0 - 2.0 * s), t * t * (3.0 - 2.0 * t)
-    i, j = i % LATTICE, j % LATTICE
-    k, m = (i + 1) % LATTICE, (j + 1) % LATTICE
-    i, k = LATTICE * i, LATTICE * k
-    corner = lattice.ravel().take
-    low, high = corner(i + j), corner(i + m)
-    low += s * (corner(k + j) - low)
-    high += s * (corner(k + m) - high)
-    return np.asarray(low + t * (high - low))
+def _field(rng: np.random.Generator, span: float, longest: float, roughness: float) -> np.ndarray:
+    """Return tiled noise (TILE, TILE) float32 of unit variance: nothing is longer than ``longest``, what is shorter is fainter.
+
+    Args:
+        rng: Source of it.
+        span: Length of the tile.
+        longest: Wavelength of the largest shapes.
+        roughness: Power of the wavelength that amplitudes follow.
+    """
+    frequency = (
+        np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.rfftfreq(TILE)[None, :]) * TILE * longest / span
+    )
+    spectrum = np.fft.rfft2(rng.standard_normal((TILE, TILE)))
+    spectrum *= np.minimum(frequency, 1.0) ** 3 / np.maximum(frequency, 1.0) ** roughness
+    field = np.fft.irfft2(spectrum, s=(TILE, TILE))
+    return np.asarray(field / field.std(), np.float32)
 
 
 @lru_cache(maxsize=SKIES)
 def _layer(shape: int) -> tuple[np.ndarray, np.ndarray]:
-    """Fractal noise of the layer (unit variance) and a finer one for the clouds' own shading."""
+    """Thickness of the layer and its billows, round ones that meet in creases, both tiled."""
     rng = np.random.default_rng([shape, 77])
-    dx, dy, dz = directions()
-    x, y = dx / (dz + CURVE), dy / (dz + CURVE)
-    # one step of the texture along the elevation, in units of the layer: finer noise would alias
-    step = 1.0 / (CLOUD_ROWS * (dz + CURVE) ** 2)
-    total, fine = np.zeros_like(x), np.zeros_like(x)
-    scale, weight = 0.9, 1.0
-    for octave in range(OCTAVES):
-        shown = np.clip(1.5 - 2.0 * scale * step, 0.0, 1.0)
-        lattice, (along, across) = rng.random((LATTICE, LATTICE)) - 0.5, rng.random(2) * LATTICE
-        value = weight * shown * _noise(x * scale + along, y * scale * 1.25 + across, lattice)
-        total += value
-        if octave >= 1:
-            fine += value
-        scale, weight = 2.07 * scale, 0.52 * weight
-    return total / total.std(), fine / fine.std()
+    base = _field(rng, WIDE, 2.0, 2.6)
+    billows = np.abs(_field(rng, FINE, 0.6, 2.3))
+    billows = billows.mean() - billows
+    return base, np.asarray(billows / billows.std(), np.float32)
 
 
 def _smooth(x: np.ndarray) -> np.ndarray:
@@ -81,26 +78,32 @@ def _smooth(x: np.ndarray) -> np.ndarray:
     return x * x * (3.0 - 2.0 * x)
 
 
-@lru_cache(maxsize=8 * SKIES)
+@lru_cache(maxsize=3 * SKIES)
 def _texture(cloudiness: float, shape: int) -> np.ndarray:
     out = np.zeros((2, CLOUD_ROWS, CLOUD_COLUMNS), np.float32)
     out[0] = 1.0
     if cloudiness <= 0:
         return out
-    layer, fine = _layer(shape)
-    low, high = float(layer.min()) - 1.0, float(layer.max()) + 1.0
-    sample = layer[::2, ::3]
-    for _ in range(16):  # rows are even in the sine: a plain mean weighs directions by solid angle
+    base, detail = _layer(shape)
+    rays = directions()
+    some = [np.ascontiguousarray(axis[::4, ::6]) for axis in rays]
+    rise = RISE * (1.0 - cloudiness)
+
+    def look(axes: list[np.ndarray], cut: float) -> np.ndarray:
+        seen = np.zeros((*axes[0].shape, 3), np.float32)
+        lengths = WIDE, FINE, BILLOWS, cut, SOFTNESS, rise, CURVE, 1.0 / CLOUD_ROWS
+        look_at_clouds(*axes, base, detail, lengths, seen)
+        return np.moveaxis(seen, 2, 0)
+
+    low, high = RIFTS, 6.0
+    for _ in range(12):  # rows are even in the sine: a plain mean weighs directions by solid angle
         cut = 0.5 * (low + high)
-        covered = float(_smooth((sample - cut) / SOFTNESS + 0.5).mean())
-        low, high = (cut, high) if covered > cloudiness else (low, cut)
-    cover = _smooth((layer - cut) / SOFTNESS + 0.5)
-    thick = _smooth((layer - cut) / 2.5)
-    # Sunlit rims outshine the blue, thick middles are darker; a closed cover has soft bellies and rifts.
+        low, high = (cut, high) if float(look(some, cut)[0].mean()) > cloudiness else (low, cut)
+    cover, tall, thick = look([np.ascontiguousarray(axis) for axis in rays], cut)
+    # Sunlit tops and rims outshine the blue, thick middles seen from below are darker; a closed cover has soft bellies and rifts.
     contrast = 1.3 * (1.0 - 0.75 * cloudiness)
-    shade = contrast * (cover - cloudiness) - 0.35 * cover * (thick - thick.mean())
-    shade += 0.09 * cover * fine * (0.4 + 0.6 * cloudiness)
-    dz = directions()[2]
+    shade = contrast * (0.72 * cover + 0.8 * tall) - 0.6 * thick
+    dz = rays[2]
     haze = dz * dz / (dz * dz + HAZE_SINE * HAZE_SINE)
     shade = haze * (shade - shade.mean())
     shade -= haze * (shade.mean() / haze.mean())

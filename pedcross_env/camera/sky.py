@@ -16,14 +16,14 @@ from pedcross_env.weather.weather import Weather
 
 __all__ = ["Sky"]
 
-NODE_RAD = 0.017  # between nodes at which clouds are computed, at least four pixels
+NODE_RAD = 0.006  # between nodes at which clouds are computed, at least two pixels
 SUN_SHARE = 0.6  # of the sun's own colour in that of clouds
 CLOUDLESS = np.zeros((2, 0, 0), np.float32)
 
 
 @dataclass(slots=True)
 class _Nodes:
-    """What clouds add, (C, rows, columns), in which rows that is known, and for which view and light."""
+    """What clouds add, (C, rows, columns), from where to where in each row that is known, and for which view and light."""
 
     values: np.ndarray
     known: np.ndarray
@@ -46,13 +46,13 @@ class Sky:
     """
 
     def __init__(self, camera: CameraConfig) -> None:
-        self._step = max(4, int(NODE_RAD * camera.focal_px))
-        rows, columns = camera.height_px // self._step + 2, camera.width_px // self._step + 2
+        self._step = max(2, int(NODE_RAD * camera.focal_px))
+        rows, columns = camera.height_px // self._step + 2, (camera.width_px // self._step + 1) * self._step
         # clouds are infinitely far: what the nodes hold lasts until the view turns or the light changes
         self._nodes = {
-            c: _Nodes(np.zeros((c, rows, columns), np.float32), np.zeros(rows, np.uint8)) for c in (1, 3)
+            c: _Nodes(np.zeros((c, rows, columns), np.float32), np.zeros((rows, 2), np.int32)) for c in (1, 3)
         }
-        self._work = np.zeros(columns, np.float32), np.zeros(2)
+        self._work = np.zeros(8)
         self._free = np.zeros(camera.width_px, np.float32)
         self._texture = CLOUDLESS
         self._white = np.ones(3)
@@ -69,7 +69,7 @@ class Sky:
         """What kernels.clouds adds them from, for pictures of one or three ``channels``."""
         nodes = self._nodes[channels]
         nodes.turn(rotation, light)
-        return self._texture, self._white, self._step, nodes.values, nodes.known, *self._work
+        return self._texture, self._white, self._step, nodes.values, nodes.known, self._work
 
     def add_clouds(
         self, out: np.ndarray, alpha: np.ndarray, pose: CameraPose, env: np.ndarray, light: Light

@@ -1,4 +1,4 @@
-"""Clouds on the rendered sky: the difference that they make, at nodes some pixels apart, added where nothing stands before it."""
+"""Clouds on the rendered sky: the difference that they make, at nodes a few pixels apart, added where nothing stands before it."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ import numpy as np
 
 from pedcross_env.camera.kernels.jit import entry, kernel
 from pedcross_env.camera.kernels.lighting import ENV_BETA, sky_radiance
-from pedcross_env.camera.kernels.rows import F0, F1, free_row
+from pedcross_env.camera.kernels.rows import free_row
 
 __all__ = ["add_clouds", "cloud_row", "cloudy_rows"]
 
+LUMA = (0.2126, 0.7152, 0.0722)
 FOG_LAYER_M = 150.0  # that veils the sky, as the ground's kernels have it
 
 
@@ -35,55 +36,63 @@ def _look_up(texture, x, y, sine, found):
 
 
 @kernel
-def _node_row(texture, white, rotation, env, optics, y, step, found, nodes, j):
-    """Fill one row of nodes with what clouds add to the sky's radiance."""
+def _fill(texture, white, rotation, env, optics, step, j, first, last, nodes, work):
+    """Fill columns first * step to last * step of one row with what clouds add to the sky's radiance, linear between nodes."""
     focal, cx, cy = optics
-    v = (y - cy) / focal
+    found, before, here = work[:2], work[2:5], work[5:8]
+    v = (j * step - cy) / focal
     channels = nodes.shape[0]
-    for i in range(nodes.shape[2]):
+    for i in range(first, last + 1):
         u = (i * step - cx) / focal
         x = rotation[0, 0] * u + rotation[1, 0] * v + rotation[2, 0]
         y_left = rotation[0, 1] * u + rotation[1, 1] * v + rotation[2, 1]
         z = rotation[0, 2] * u + rotation[1, 2] * v + rotation[2, 2]
         sine = z / math.sqrt(1.0 + u * u + v * v)
+        here[:] = 0.0
+        if sine > 0.0:
+            _look_up(texture, x, y_left, sine, found)
+            seen = math.exp(-env[ENV_BETA] * FOG_LAYER_M / max(sine, 0.02))
+            luminance = 0.0
+            for c in range(3):
+                luminance += LUMA[c] * sky_radiance(sine, env, c)
+            for c in range(3):
+                value = sky_radiance(sine, env, c)
+                tinted = max(0.0, value + found[1] * (white[c] * luminance - value))
+                more = seen * (found[0] * tinted - value)
+                if channels == 3:
+                    here[c] = more
+                else:
+                    here[0] += LUMA[c] * more
         for c in range(channels):
-            nodes[c, j, i] = F0
-        if sine <= 0.0:
-            continue
-        _look_up(texture, x, y_left, sine, found)
-        seen = math.exp(-env[ENV_BETA] * FOG_LAYER_M / max(sine, 0.02))
-        luminance = 0.0
-        for c in range(3):
-            luminance += (0.2126, 0.7152, 0.0722)[c] * sky_radiance(sine, env, c)
-        for c in range(3):
-            value = sky_radiance(sine, env, c)
-            tinted = max(0.0, value + found[1] * (white[c] * luminance - value))
-            more = seen * (found[0] * tinted - value)
-            if channels == 3:
-                nodes[c, j, i] = np.float32(more)
-            else:
-                nodes[0, j, i] += np.float32((0.2126, 0.7152, 0.0722)[c] * more)
+            if i > first:
+                slope = (here[c] - before[c]) / step
+                for k in range(step):
+                    nodes[c, j, (i - 1) * step + k] = np.float32(before[c] + slope * (k + 0.5))
+            before[c] = here[c]
 
 
 @kernel
-def _between_rows(low, high, part, line):
-    for i in range(line.shape[0]):
-        line[i] = low[i] + part * (high[i] - low[i])
+def _know(a, b, rotation, env, optics, clouds, j):
+    """Fill a row of nodes between columns a and b, where it is not known yet."""
+    texture, white, step, nodes, known, work = clouds
+    first, last = a // step, (b + step - 1) // step
+    low, high = known[j, 0], known[j, 1]
+    if low == high:
+        low = high = first
+    if first < low:
+        _fill(texture, white, rotation, env, optics, step, j, first, low, nodes, work)
+        low = first
+    if last > high:
+        _fill(texture, white, rotation, env, optics, step, j, high, last, nodes, work)
+        high = last
+    known[j, 0], known[j, 1] = low, high
 
 
 @kernel
-def _add_row(line, step, first, last, free, plane):
-    """Interpolate nodes to the pixels from ``first`` to ``last`` and add them to the share that is free."""
-    scale = F1 / np.float32(step)
-    while first < last:
-        cell = first // step
-        end = min(last, (cell + 1) * step)
-        slope = (line[cell + 1] - line[cell]) * scale
-        value = line[cell] + slope * (np.float32(first - cell * step) + np.float32(0.5))
-        piece, share = plane[first:end], free[first:end]
-        for i in range(piece.shape[0]):
-            piece[i] += share[i] * (value + slope * np.float32(np.int32(i)))
-        first = end
+def _add_between(low, high, part, free, piece):
+    """Add what lies between two rows of nodes to the share that is free."""
+    for i in range(piece.shape[0]):
+        piece[i] += free[i] * (low[i] + part * (high[i] - low[i]))
 
 
 @kernel
@@ -98,17 +107,14 @@ def cloudy_rows(rotation, optics, height, width):
 @kernel
 def cloud_row(row, a, b, free, rotation, env, optics, clouds, out):
     """Add clouds between columns a and b of one row; see ``add_clouds``."""
-    texture, white, step, nodes, known, line, found = clouds
+    step, nodes = clouds[2], clouds[3]
     at = (row + 0.5) / step
     k = int(at)
     for j in range(k, k + 2):
-        if known[j] == 0:
-            _node_row(texture, white, rotation, env, optics, j * step + 0.0, step, found, nodes, j)
-            known[j] = 1
+        _know(a, b, rotation, env, optics, clouds, j)
     part = np.float32(at - k)
     for c in range(out.shape[0]):
-        _between_rows(nodes[c, k], nodes[c, k + 1], part, line)
-        _add_row(line, step, a, b, free, out[c, row])
+        _add_between(nodes[c, k, a:b], nodes[c, k + 1, a:b], part, free[a:b], out[c, row, a:b])
 
 
 @entry
@@ -122,8 +128,8 @@ def add_clouds(out, alpha, rotation, env, optics, clouds, free):
         env: (ENV_SIZE,) see kernels.lighting.
         optics: Focal length, cx, cy.
         clouds: (their texture (2, rows, columns) of camera.clouds.cloud_texture; (3,) their colour, of luminance 1; pixels between
-            nodes; nodes (C, H // step + 2, W // step + 2), filled where they are needed and not known; (H // step + 2,) uint8, which of
-            their rows hold this light and rotation's values; (W // step + 2,) float32 and (2,) float64 work space).
+            nodes; what they add in every such row, (C, H // step + 2, columns in whole steps), filled where it is needed and not known;
+            (H // step + 2, 2) int32, from which step to which that is known of a row for this light and rotation; (8,) float64 work space).
         free: (W,) float32 work space.
     """
     for row in range(cloudy_rows(rotation, optics, out.shape[1], out.shape[2])):
