@@ -20,10 +20,12 @@ _SWAY_LEAST, _SWAY_MORE = 3.0, 4.0  # rad/s at which flakes sway
 TURN = 2.0 * math.pi
 LENSES = ("pinhole", "brown", "fisheye")  # by their number in ``bend``
 _PLACE, _PER_PLACE = np.uint64((1 << 21) - 1), 2.0**-21
-_ROUND_PX, _SOFT = (
-    1.5,
-    0.45,
-)  # width from which a drop is drawn round, and how soft its edge gets per pixel of width
+_ROUND_PX = 1.5  # width from which a drop is drawn round and soft
+_APERTURE_M = (
+    1.6e-3  # of a dashcam's lens, 3.2 mm at f/2: it sees what is near as if smeared over a disc of this size
+)
+_SHORTEST_PX = 0.05  # of a streak: integrals over less lose their digits
+_PIXEL_PX2 = 0.25  # by which a pixel's own size widens the square of a radius
 _EDGE_M = 0.02  # a drop's own size, so far beyond the frustum's sides
 _EDGE_PX = 0.5  # half a pixel: edges are blurred by the pixel's own width
 
@@ -66,6 +68,19 @@ def bend(lens: int, k: np.ndarray, x: float, y: float) -> tuple[float, float, fl
 
 
 @njit(cache=True, error_model="numpy")
+def _passed(along: float, across: float, end: float, radius2: float) -> float:
+    """Integral of 1 - r^2 / radius^2 over the places of a disc whose middle moves from -end to end along a line."""
+    left2 = radius2 - across * across
+    if left2 <= 0.0:
+        return 0.0
+    chord = math.sqrt(left2)
+    a, b = max(-chord, along - end), min(chord, along + end)
+    if b <= a:
+        return 0.0
+    return ((b - a) * left2 - (b * b * b - a * a * a) / 3.0) / radius2
+
+
+@njit(cache=True, error_model="numpy")
 def _streak(
     luminance: np.ndarray,
     radiance: np.ndarray,
@@ -75,11 +90,12 @@ def _streak(
     x1: float,
     y1: float,
     width_px: float,
+    blur_px: float,
     z: float,
     brightness: float,
     strength: float,
 ) -> bool:
-    """Blend a streak between two image points; whether any pixel was reached."""
+    """Blend a streak between two image points, out of focus by ``blur_px``; whether any pixel was reached."""
     rows, columns = luminance.shape
     length = math.hypot(x1 - x0, y1 - y0)
     along_x, along_y = ((x1 - x0) / length, (y1 - y0) / length) if length > 1e-6 else (0.0, 1.0)
@@ -91,32 +107,27 @@ def _streak(
     most_across, most_along = min(1.0, width_px), min(1.0, width_px + length)
     reach = half_along * abs(along_y) + half_across * abs(along_x)
     side = half_along * abs(along_x) + half_across * abs(along_y)
-    first_row = max(0, math.floor(middle_y - reach))
-    last_row = min(rows - 1, math.floor(middle_y + reach))
-    if last_row < first_row or middle_x + side < 0 or middle_x - side > columns:
-        return False
     # In a row: the columns no farther than half the width from the streak's line, and within its ends' reach.
     steep = abs(along_y) > 1e-3
     slant = along_x / along_y if steep else 0.0
     half_row = half_across / abs(along_y) if steep else side
     colour, hidden = radiance.shape[0] > 0, depth.shape[0] > 0
-    # Wide ones are round and soft, of the square's area: flakes are fluff, and what is near is out of focus.
+    # Wide ones are round and thin out towards their edges, as 1 - (r / radius)^2, the area below which is the square's:
+    # flakes are fluff, and what is near is out of focus.
     wide = width_px > _ROUND_PX
-    straight, round_half, ramp = 0.5 * length, 0.5 * width_px, 1.0
+    radius2, end, thickest = 1.0, 0.5 * max(length, _SHORTEST_PX), 0.0
     if wide:
-        ramp = 1.0 + _SOFT * (width_px - _ROUND_PX)
-        shape = (width_px + length) / (length + 0.25 * math.pi * width_px)
-        round_half *= math.sqrt(4.0 / math.pi) if length < width_px else 1.0
-        opacity *= 1.0 if length < width_px else shape
-        half_across += 0.5 * ramp + round_half
-        half_along += 0.5 * ramp + round_half
+        radius2 = 2.0 / math.pi * width_px * width_px + 0.5 * blur_px * blur_px + _PIXEL_PX2
+        thickest = strength * width_px * width_px / (math.pi * radius2 * end)
+        half_across = math.sqrt(radius2)
+        half_along = half_across + end
         reach = half_along * abs(along_y) + half_across * abs(along_x)
         side = half_along * abs(along_x) + half_across * abs(along_y)
         half_row = half_across / abs(along_y) if steep else side
-        first_row, last_row = (
-            max(0, math.floor(middle_y - reach)),
-            min(rows - 1, math.floor(middle_y + reach)),
-        )
+    first_row = max(0, math.floor(middle_y - reach))
+    last_row = min(rows - 1, math.floor(middle_y + reach))
+    if last_row < first_row or middle_x + side < 0 or middle_x - side > columns:
+        return False
     hit = False
     for row in range(first_row, last_row + 1):
         dy = row + 0.5 - middle_y
@@ -129,17 +140,15 @@ def _streak(
                 continue
             dx = column + 0.5 - middle_x
             if wide:
-                beyond = max(0.0, abs(dx * along_x + dy * along_y) - straight)
-                away = math.hypot(beyond, dx * along_y - dy * along_x)
-                cover = min(1.0, max(0.0, (round_half - away) / ramp + 0.5))
-                cover *= cover * (3.0 - 2.0 * cover)
-                across, along = cover, 1.0
+                share = np.float32(
+                    thickest * _passed(dx * along_x + dy * along_y, dx * along_y - dy * along_x, end, radius2)
+                )
             else:
                 across = min(most_across, half_across - abs(dx * along_y - dy * along_x))
                 along = min(most_along, half_along - abs(dx * along_x + dy * along_y))
-            if across <= 0 or along <= 0:
+                share = np.float32(opacity * max(0.0, across) * max(0.0, along))
+            if share <= 0:
                 continue
-            share = np.float32(opacity * across * along)
             hit = True
             luminance[row, column] += share * (brightness - luminance[row, column])
             if colour:
@@ -295,7 +304,7 @@ def _class_streaks(
                         shine += scatter * _beam_lx(table, spans, beam, x, y, z)
                     if _streak(
                         luminance, radiance, depth, cx + focal * u0, cy + focal * v0, cx + focal * u1, cy + focal * v1,
-                        0.5 * (scale0 + scale1) * width_px, z, shine, strength,
+                        0.5 * (scale0 + scale1) * width_px, _APERTURE_M * focal / z, z, shine, strength,
                     ):  # fmt: skip
                         drawn += 1
     return drawn
