@@ -111,9 +111,20 @@ class Preprocess:
 
     @classmethod
     def compact(
-        cls, modality: Modality, width_px: int = 112, height_px: int = 64, rgb_input: RgbInput = "image"
+        cls,
+        modality: Modality,
+        width_px: int = 112,
+        height_px: int = 64,
+        rgb_input: RgbInput = "image",
+        rows: tuple[float, float] = (0.3, 0.8),
     ) -> Preprocess:
-        """Return the default of this package: a band around the horizon, block means, counts for dvs."""
+        """Return the default of this package: a band of ``rows`` around the horizon, block means, counts for dvs."""
+        size: dict[str, Any] = {
+            "width_px": width_px,
+            "height_px": height_px,
+            "crop_top": rows[0],
+            "crop_bottom": rows[1],
+        }
         if modality == "rgb":
             mean = {"image": IMAGENET_MEAN, "changes": (), "both": (*IMAGENET_MEAN, 0.0)}
             std = {"image": IMAGENET_STD, "changes": (), "both": (*IMAGENET_STD, 1.0)}
@@ -122,13 +133,12 @@ class Preprocess:
             return cls(
                 modality="rgb",
                 channels=_RGB_CHANNELS[rgb_input],
-                width_px=width_px,
-                height_px=height_px,
                 mean=mean[rgb_input],
                 std=std[rgb_input],
                 rgb_input=rgb_input,
+                **size,
             )
-        return cls(modality=modality, channels=2, width_px=width_px, height_px=height_px)
+        return cls(modality=modality, channels=2, **size)
 
     @classmethod
     def paper(cls, modality: Modality, width_px: int = 450, height_px: int = 256) -> Preprocess:

@@ -25,6 +25,8 @@ class TrainConfig:
         out: Folder of the checkpoint; the unfinished run lies in ``out/run``.
         subsets: Read together: those of ``pedcross generate``, or the paper's ("dataset", "dataset_weather").
         view: "compact" or "paper" preprocessing, at width_px x height_px.
+        rows: First and last row that a compact network sees, as fractions of the height from the top; None: the
+            default of ``Preprocess.compact``. "paper" takes no other than None, it sees the whole image.
         rgb_input: What a compact network sees of rgb, see ``Preprocess``; dvs and "paper" take no other
             than "image".
         train_stride: Frames between windows of training and validation (the paper: 1).
@@ -48,6 +50,7 @@ class TrainConfig:
     width_px: int = 112
     height_px: int = 64
     view: Literal["compact", "paper"] = "compact"
+    rows: tuple[float, float] | None = None
     rgb_input: RgbInput = "image"
     train_stride: int = 3
     test_stride: int | None = None
@@ -77,6 +80,11 @@ class TrainConfig:
                 f"rgb_input = {self.rgb_input!r} is not allowed with modality {self.modality!r} and view"
                 f" {self.view!r}: it is for modality 'rgb' and view 'compact'."
             )
+        if self.rows is not None and self.view != "compact":
+            raise ConfigError(
+                f"rows = {self.rows!r} is not allowed with view {self.view!r}: it sees the whole image; leave rows"
+                " out."
+            )
         if isinstance(self.subsets, str) or not self.subsets or len(set(self.subsets)) < len(self.subsets):
             raise ConfigError(f"subsets = {self.subsets!r} is not allowed: a tuple of different names.")
         for name in ("train_stride", "test_stride"):
@@ -98,7 +106,8 @@ class TrainConfig:
         """Return the preprocessing these settings mean."""
         if self.view == "paper":
             return Preprocess.paper(self.modality, self.width_px, self.height_px)
-        return Preprocess.compact(self.modality, self.width_px, self.height_px, self.rgb_input)
+        rows = {} if self.rows is None else {"rows": self.rows}
+        return Preprocess.compact(self.modality, self.width_px, self.height_px, self.rgb_input, **rows)
 
     def settings(self) -> dict[str, Any]:
         """Return what decides the weights, without paths and limits of this machine."""

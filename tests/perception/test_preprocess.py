@@ -22,6 +22,12 @@ def test_rows_outside_the_band_are_never_seen():
     assert Preprocess.compact("rgb").shrink(image).any()
 
 
+def test_rows_move_the_band_and_its_own_pixels_stay_as_they_are():
+    image = np.random.default_rng(0).integers(0, 256, (128, 224, 3), dtype=np.uint8)
+    view = Preprocess.compact("rgb", 224, 36, rows=(52 / 128, 88 / 128))
+    np.testing.assert_array_equal(view.shrink(image), image[52:88])
+
+
 def test_area_of_counts_is_their_mean_and_saturates_at_the_clip():
     counts = np.zeros((64, 128, 2), np.uint8)
     counts[0:4, 0:4, 0] = 2

@@ -12,6 +12,7 @@ from perception import training
 from perception.checkpoint import load_detector, load_network, read_config
 from perception.contract import check_detector
 from perception.data import FrameFolder, read_frame
+from perception.preprocess import Preprocess
 from perception.recipes import RECIPES, augment, learning_rate, make_optimizer
 from perception.registry import create_network
 from perception.run_state import peek
@@ -165,6 +166,7 @@ def test_a_silent_layer_is_a_warning(data, tmp_path, monkeypatch):
         ({"train_stride": 4}, "train_stride"),
         ({"epochs": 0}, "epochs"),
         ({"rgb_input": "changes"}, "view 'compact'"),
+        ({"rows": (0.4, 0.7)}, "sees the whole image"),
         ({"subsets": "dataset"}, "subsets"),
         ({"max_minutes": 0}, "max_minutes"),
     ],
@@ -172,6 +174,13 @@ def test_a_silent_layer_is_a_warning(data, tmp_path, monkeypatch):
 def test_wrong_settings_are_refused(tmp_path, changes, match):
     with pytest.raises(ConfigError, match=match):
         settings(tmp_path, tmp_path, **changes)
+
+
+def test_rows_reach_the_network_and_are_part_of_the_runs_identity(tmp_path):
+    banded, plain = (settings(tmp_path, tmp_path, view="compact", rows=rows) for rows in ((0.4, 0.7), None))
+    assert (banded.preprocess().crop_top, banded.preprocess().crop_bottom) == (0.4, 0.7)
+    assert plain.preprocess() == Preprocess.compact("rgb", SIDE_PX, SIDE_PX)
+    assert banded.settings() != plain.settings()
 
 
 def test_one_cycle_rises_then_falls_and_the_papers_rate_is_constant():
