@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pedcross_env.camera.layout import scenery_for
+from pedcross_env.camera.scenery.buildings import DEEP_M
 from pedcross_env.contracts import ActorKind, Snapshot
 from pedcross_env.scenario import Crosswalk, Scenario, StreetSpec
 from pedcross_env.scenario.layout import carriageway_m, facade_m, side_street, to_world
@@ -21,7 +22,7 @@ KERB, GLASS, SKIN = (206, 204, 198), (58, 66, 78), (92, 60, 42)
 EGO, VEHICLE, PEDESTRIAN, BRAKE = (64, 132, 214), (206, 206, 210), (232, 120, 36), (226, 40, 40)
 STRIPE_M, DASH_M, SUBPIXEL_BITS = 0.5, 3.0, 4
 BENT_HALF_WIDTH_M = 24.0
-KERB_M, HOUSE_DEEP_M, LEAST_CAR_M = 0.25, 12.0, 2.5
+KERB_M, LEAST_CAR_M = 0.25, 2.5
 # of a car, in shares of its length and width: one side, from its rear; windscreen and rear window
 OUTLINE = np.array([[-0.5, -0.38], [-0.42, -0.5], [0.36, -0.5], [0.47, -0.36], [0.5, 0.0]])
 PANES = (
@@ -120,7 +121,7 @@ def _houses_and_trees(street: StreetSpec, fill: Callable[[np.ndarray, tuple[int,
         if panel[11] <= 0 or panel[2] > 0:  # a side wall, or what stands on another
             continue
         start, along = panel[:2], panel[3:5]
-        end, back = start + panel[6] * along, HOUSE_DEEP_M * np.array([-along[1], along[0]])
+        end, back = start + panel[6] * along, DEEP_M * np.array([-along[1], along[0]])
         fill(np.array([start, end, end + back, start + back]), _shown(0.6 * panel[8:11]))
     turn = np.linspace(0.0, 2 * np.pi, 13)[:-1]
     for group in scenery.groups[scenery.groups[:, 7] >= 0]:

@@ -16,13 +16,14 @@ import numpy as np
 from pedcross_env.camera.kernels.facade import PANEL_SIZE
 from pedcross_env.camera.kernels.lighting import lamp_candela
 from pedcross_env.camera.scenery import Props, Scenery, scenery_of
+from pedcross_env.camera.scenery.buildings import DEEP_M
 from pedcross_env.contracts import StaticClass
 from pedcross_env.scenario.layout import side_street, to_world
 from pedcross_env.scenario.street import StreetSpec
 
 __all__ = ["scenery_for"]
 
-PIECE_M, CORNER_M, FLANK_M, DEEP_M = 9.0, 6.0, 12.0, 12.0
+PIECE_M, CORNER_M, FLANK_M = 9.0, 6.0, 12.0
 MAP_STEP_M = 0.5
 CROWN_AT = 8  # where a group holds its crown's place, if it has one
 

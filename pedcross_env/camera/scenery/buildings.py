@@ -13,7 +13,7 @@ from pedcross_env.camera.props import TILES
 from pedcross_env.config import require
 from pedcross_env.scenario.street import StreetSpec
 
-__all__ = ["BUILDINGS", "BuildingKind", "Roof", "Rows", "building_rows", "register_building"]
+__all__ = ["BUILDINGS", "DEEP_M", "BuildingKind", "Roof", "Rows", "building_rows", "register_building"]
 
 Range = tuple[float, float]
 Colour = tuple[float, float, float]
