@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from camera_scenes import renderer, snapshot
 
-from pedcross_env.camera import Renderer
+from pedcross_env.camera import Renderer, camera_pose
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import ACTOR_DTYPE, ActorKind, Frame, Snapshot, StaticClass
 from pedcross_env.scenario.street import StreetSpec
@@ -43,6 +43,22 @@ def test_luminance_alone_is_that_of_the_colours() -> None:
     leaves = colour.instance == StaticClass.VEGETATION
     assert leaves.any()
     np.testing.assert_allclose(grey.luminance[leaves], colour.luminance[leaves], rtol=1e-4)
+
+
+def test_lying_snow_whitens_leaves_more_than_trunks() -> None:
+    cameras = [
+        renderer(Weather(cloudiness=1.0, snow_cover=cover), width_px=900, height_px=512)
+        for cover in (0.0, 1.0)
+    ]
+    scene = snapshot(x=4.0)
+    bare, snowy = (camera.render(scene) for camera in cameras)
+    pose = camera_pose(cameras[0].config, scene.ego)
+    below = (np.arange(512)[:, None] + 0.5 - pose.cy) / pose.focal_px * bare.depth
+    height, tree = pose.origin[2] - below, bare.instance == StaticClass.VEGETATION
+    gain = snowy.luminance / bare.luminance
+    leaves, trunks = gain[tree & (height > 3.0)], gain[tree & (height < 2.0)]
+    assert min(leaves.size, trunks.size) > 500
+    assert np.median(leaves) > 1.5 * np.median(trunks)  # which get what the ground reflects
 
 
 @pytest.mark.parametrize("azimuth_deg", [1.0, 15.0])

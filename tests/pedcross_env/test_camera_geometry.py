@@ -8,6 +8,7 @@ import pytest
 from camera_scenes import NIGHT, STREET, pedestrian, renderer, snapshot, vehicle
 
 from pedcross_env.camera import Renderer, camera_pose, project
+from pedcross_env.camera.scenery import scenery_of
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import StaticClass
 from pedcross_env.errors import ConfigError
@@ -59,6 +60,25 @@ def test_the_nearest_actor_owns_the_pixel_whatever_the_order():
         assert 9.0 < frame.depth[int(v), int(u)] < 10.5
     only_far = camera.render(snapshot(far)).instance == 6
     assert (camera.render(snapshot(near, far)).instance == 6).sum() < 0.7 * only_far.sum()
+
+
+@pytest.mark.parametrize("x", [6.0, 8.0, 10.0])
+def test_a_lamp_post_stands_on_its_foot(x):
+    camera, found = renderer(width_px=1800, height_px=1024), 0
+    scene = snapshot(x=x)
+    pose, picture = camera_pose(camera.config, scene.ego), camera.render(scene).instance
+    scenery = scenery_of(STREET)
+    for post in scenery.capsules[
+        scenery.groups[scenery.groups[:, 6] == StaticClass.FURNITURE, 0].astype(int)
+    ]:
+        u, v, ahead = project(pose, post[None, :3])[0]
+        if 7.0 < ahead < 16.0 and 20.0 < u < 1780.0:
+            radius = pose.focal_px * post[6] / ahead
+            columns = picture[:, int(u - 0.5 * radius) : int(u + 0.5 * radius) + 1]
+            lowest = np.flatnonzero((columns == StaticClass.FURNITURE).any(axis=1)).max() + 1
+            assert lowest == pytest.approx(v, abs=0.1 * radius + 1.0)
+            found += 1
+    assert found > 0
 
 
 def test_a_house_hides_what_stands_behind_it():
