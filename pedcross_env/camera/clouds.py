@@ -1,7 +1,7 @@
 """Clouds: which directions of the sky they cover, as a texture of directions.
 
-A layer of fractal noise above the street, seen in perspective, is cut at the height that leaves the weather's cloudiness
-covered. The texture belongs to directions, not to places: clouds are too far away to move while a street is driven along, and
+A layer of fractal noise above the street, seen in perspective, is cut at the thickness that leaves the weather's cloudiness
+covered; few clouds have flat bases and rise above them, a closed cover is flat. The texture belongs to directions, not to places: clouds are too far away to move while a street is driven along, and
 a view that does not turn sees the same sky in every picture. The mean light of the sky is what it is without clouds.
 """
 
@@ -15,10 +15,8 @@ from pedcross_env.camera.kernels.cumulus import look_at_clouds
 
 __all__ = ["CLOUD_COLUMNS", "CLOUD_ROWS", "cloud_texture", "directions"]
 
-CLOUD_ROWS, CLOUD_COLUMNS = (
-    256,
-    1536,
-)  # over the sine of the elevation, 0 to 1, and over the diamond angle, 0 to 4
+CLOUD_ROWS = 256  # over the sine of the elevation, 0 to 1
+CLOUD_COLUMNS = 1536  # over the diamond angle, 0 to 4
 SKIES = 8  # of different shapes: making one takes a tenth of a second
 TILE = 512  # of the noise, periodic
 WIDE, FINE = 12.0, 3.0  # what the tiles of the layer and of its billows span, in heights of the clouds' base
@@ -71,11 +69,6 @@ def _layer(shape: int) -> tuple[np.ndarray, np.ndarray]:
     billows = np.abs(_field(rng, FINE, 0.6, 2.3))
     billows = billows.mean() - billows
     return base, np.asarray(billows / billows.std(), np.float32)
-
-
-def _smooth(x: np.ndarray) -> np.ndarray:
-    x = np.clip(x, 0.0, 1.0)
-    return x * x * (3.0 - 2.0 * x)
 
 
 @lru_cache(maxsize=3 * SKIES)

@@ -203,8 +203,8 @@ class Precipitation:
         camera. It covers each pixel under it for the share width / (width + length) of the exposure
         (Garg and Nayar), so long exposures make long and faint streaks. Its brightness is 0.95 of
         the mean of the horizon sky's and the picture's luminance. Flakes, which sway as they fall, are drawn
-        alike, with 0.9 of that mean. Consecutive exposures that touch leave no gaps, so an event camera should
-        pass the time between two renders.
+        alike, with 0.9 of that mean. What is some pixels wide is a soft disc on its way, out of focus where it is near.
+        Consecutive exposures that touch leave no gaps, so an event camera should pass the time between two renders.
 
         The lens bends streaks as it bends the scene: their ends and widths go through its formulas.
 

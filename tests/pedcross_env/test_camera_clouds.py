@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from camera_scenes import renderer, snapshot, vehicle
 
+from pedcross_env.camera import camera_pose
 from pedcross_env.camera.clouds import CLOUD_COLUMNS, CLOUD_ROWS, cloud_texture, directions
 from pedcross_env.camera.kernels.lighting import SNOW, sky_radiance
 from pedcross_env.camera.light import LUMA, light_of
@@ -28,6 +29,41 @@ def test_clouds_keep_the_skys_mean_light_and_cover_what_is_asked(cloudiness: flo
         assert float((more[CLOUD_ROWS // 4 :] > 0.5 - cloudiness).mean()) == pytest.approx(
             cloudiness, abs=0.16
         )
+
+
+def test_fair_weather_clouds_are_bright_on_top_and_darker_below() -> None:
+    """Low in the sky, where they are seen from the side: the highest and lowest nodes of runs of covered rows."""
+    difference = []
+    for seed in range(4):
+        factor, more = cloud_texture(0.05, seed)
+        covered = more[20:90] > 0.5
+        above, below = np.roll(covered, -1, axis=0), np.roll(covered, 1, axis=0)
+        inside = covered & above & below
+        tops, bases = inside & ~np.roll(above, -1, axis=0), inside & ~np.roll(below, 1, axis=0)
+        assert tops.sum() > 100
+        difference.append(factor[20:90][tops].mean() - factor[20:90][bases].mean())
+        assert factor[20:90][bases].mean() > 1.2
+    assert min(difference) > 0.1
+
+
+def test_what_is_known_of_clouds_grows_with_what_is_free_of_them() -> None:
+    """Columns that come free one after the other get what they get all at once."""
+    camera = renderer(Weather(cloudiness=0.5))
+    pose, env = camera_pose(camera.config, snapshot().ego), np.zeros(64)
+    env[18:24] = 100.0
+    pictures = []
+    for spans in ([(0, 450)], [(200, 230), (300, 310), (20, 40), (0, 450)]):
+        sky, light = Sky(camera.config), light_of(Weather(cloudiness=0.5))
+        sky.load(Weather(cloudiness=0.5), light, 1)
+        for first, last in spans:
+            out, alpha = np.zeros((1, 256, 450), np.float32), np.ones((256, 450), np.float32)
+            alpha[:, first:last] = 0.0
+            sky.add_clouds(out, alpha, pose, env, light)
+            assert not out[:, :, :first].any()
+            assert not out[:, :, last:].any()
+        pictures.append(out)
+    assert pictures[0].std() > 1.0
+    np.testing.assert_array_equal(*pictures)
 
 
 def test_an_empty_sky_is_even_and_a_closed_one_nearly_so() -> None:

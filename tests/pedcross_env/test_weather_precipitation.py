@@ -13,6 +13,7 @@ from pedcross_env.contracts import Frame
 from pedcross_env.env import CrossingEnv
 from pedcross_env.optics import distort
 from pedcross_env.weather import Precipitation, Weather
+from pedcross_env.weather._rain_kernels import _streak
 from pedcross_env.weather.precipitation import (
     drop_density_per_m3_mm,
     fall_speed_mps,
@@ -269,6 +270,22 @@ def test_drawn_snow_covers_what_its_sizes_say() -> None:
     error = float(np.std(means)) / math.sqrt(len(means))
     assert error < 0.05 * expected
     assert abs(np.mean(means) - expected) < 4 * error + 0.02 * expected
+
+
+@pytest.mark.parametrize(("length_px", "blur_px"), [(0.0, 0.0), (0.0, 6.0), (3.0, 2.0), (30.0, 2.0)])
+def test_near_flakes_are_soft_all_round_and_cover_what_they_did(length_px: float, blur_px: float) -> None:
+    image, width_px = np.zeros((64, 96), np.float32), 7.0
+    none, nowhere = np.empty((0, 0, 0), np.float32), np.empty((0, 0), np.float32)
+    slope = 0.6, 0.8
+    ends = [
+        (48.3 + sign * 0.5 * length_px * slope[0], 31.6 + sign * 0.5 * length_px * slope[1])
+        for sign in (-1, 1)
+    ]
+    _streak(image, none, nowhere, *ends[0], *ends[1], width_px, blur_px, 1.0, 1.0, 1.0)
+    assert image.sum() == pytest.approx(width_px**2, rel=0.02)
+    assert 0 < image.max() <= 1
+    steps = max(np.abs(np.diff(image, axis=0)).max(), np.abs(np.diff(image, axis=1)).max())
+    assert steps < 0.4 * image.max()
 
 
 def test_flakes_sink_at_a_metre_per_second_and_sway() -> None:

@@ -10,10 +10,8 @@ from pedcross_env.camera.kernels.jit import entry, kernel
 
 __all__ = ["look_at_clouds"]
 
-LEVELS, STEPS = (
-    5,
-    4,
-)  # at which a ray looks into the layer, and steps from each to the next where there may be a cloud
+LEVELS = 5  # at which a ray looks into the layer,
+STEPS = 4  # and steps from each to the next where there may be a cloud
 HIGHEST = 1.7  # roots of the thickness that tops reach
 THICK = 2.5  # over the cut: as dark as clouds get; where nearly all is covered what is thickest is
 CLEAR = 1.2  # so much less than a cloud's thickness, no billow makes a cloud

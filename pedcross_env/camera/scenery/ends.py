@@ -13,7 +13,7 @@ HOUSES = 7  # across an end; an odd number, so that one stands in the middle
 WIDE_M = 13.0  # one of them
 FORWARD_M = 0.4  # by which the one in the middle stands before its neighbours,
 LAP_M = 1.0  # which reach behind it: walls of the two sides of a street are drawn apart, a seam would let the sky through
-SHOPS = 7  # steps through the street's fronts, of which neighbours are copies
+EVERY = 7  # how far apart along the street the fronts are that neighbours look like
 
 
 def closing_rows(panels: np.ndarray, street: StreetSpec) -> np.ndarray:
@@ -29,7 +29,7 @@ def closing_rows(panels: np.ndarray, street: StreetSpec) -> np.ndarray:
     high = max(fronts[:, 0].max(), ends.max()) + APART_M
     wide = max(WIDE_M, 1.1 * street.facade_y_m)
     rows = [
-        _across(fronts[(SHOPS * k + 3 * way) % len(fronts)], x, way, wide, k - HOUSES // 2)
+        _across(fronts[(EVERY * k + 3 * way) % len(fronts)], x, way, wide, k - HOUSES // 2)
         for x, way in ((low, 1), (high, -1))
         for k in range(HOUSES)
     ]
