@@ -8,10 +8,12 @@ import pytest
 from camera_scenes import NIGHT, STREET, pedestrian, renderer, snapshot, vehicle
 
 from pedcross_env.camera import Renderer, camera_pose, project
+from pedcross_env.camera.layout import scenery_for
 from pedcross_env.camera.scenery import scenery_of
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import StaticClass
 from pedcross_env.errors import ConfigError
+from pedcross_env.weather import WEATHERS
 from pedcross_env.weather.weather import Weather
 
 
@@ -162,3 +164,16 @@ def test_a_straight_street_ends_in_houses(seed):
         houses = STREET.end_x_m + 40.0
         assert (frame.depth[horizon - 2, middle - 2 : middle + 3] > houses - x).all()
         assert (frame.depth[horizon - 2, middle - 2 : middle + 3] < houses + 60.0 - x).all()
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_low_sun_ahead_stands_above_the_end_of_the_street(seed):
+    """Seen from where people cross at the latest."""
+    street = dataclasses.replace(STREET, seed=seed)
+    panels = scenery_for(street).panels
+    across = panels[(np.abs(panels[:, 4]) > 0.5) & (panels[:, 11] > 0) & (panels[:, 0] > street.end_x_m)]
+    assert len(across) >= 3
+    assert (np.diff(np.sort(across[:, 7])) > 0).any()
+    crossing = street.end_x_m - 150.0
+    rise = (across[:, 7] - 1.35) / (across[:, 0] - crossing)
+    assert np.degrees(np.arctan(rise)).max() < WEATHERS["low_sun"].sun_altitude_deg - 0.5

@@ -13,6 +13,7 @@ HOUSES = 7  # across an end; an odd number, so that one stands in the middle
 WIDE_M = 13.0  # one of them
 FORWARD_M = 0.4  # by which the one in the middle stands before its neighbours,
 LAP_M = 1.0  # which reach behind it: walls of the two sides of a street are drawn apart, a seam would let the sky through
+HIGHEST_M = 20.0  # of them: from where people cross, a sun 7 degrees high has to stand above them
 EVERY = 7  # how far apart along the street the fronts are that neighbours look like
 
 
@@ -25,11 +26,13 @@ def closing_rows(panels: np.ndarray, street: StreetSpec) -> np.ndarray:
     """
     fronts = panels[(np.abs(panels[:, 3]) > 0.5) & (panels[:, 11] > 0)]
     ends = fronts[:, 0] + fronts[:, 3] * fronts[:, 6]
+    models = fronts[fronts[:, 7] <= HIGHEST_M]
+    models = models if len(models) else fronts[[np.argmin(fronts[:, 7])]]
     low = min(fronts[:, 0].min(), ends.min()) - APART_M
     high = max(fronts[:, 0].max(), ends.max()) + APART_M
     wide = max(WIDE_M, 1.1 * street.facade_y_m)
     rows = [
-        _across(fronts[(EVERY * k + 3 * way) % len(fronts)], x, way, wide, k - HOUSES // 2)
+        _across(models[(EVERY * k + 3 * way) % len(models)], x, way, wide, k - HOUSES // 2)
         for x, way in ((low, 1), (high, -1))
         for k in range(HOUSES)
     ]
