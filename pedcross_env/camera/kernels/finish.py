@@ -33,6 +33,12 @@ def finish_row(row, out, depth, luminance):
 
 @entry
 def finish_frame(out, depth, luminance):
-    """Finish all rows."""
+    """Finish all rows.
+
+    Args:
+        out: (3, H, W) radiance, or (0, H, W): then ``luminance`` is left alone.
+        depth: (H, W) inverse metres, changed to metres.
+        luminance: (H, W) cd/m2, filled.
+    """
     for row in range(luminance.shape[0]):
         finish_row(row, out, depth, luminance)

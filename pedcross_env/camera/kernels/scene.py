@@ -22,11 +22,11 @@ from pedcross_env.camera.kernels.lighting import (
     light_field,
 )  # fmt: skip
 from pedcross_env.camera.kernels.people import draw_pedestrian, people_work
-from pedcross_env.camera.kernels.polygons import NEAR_M
 from pedcross_env.camera.kernels.polyhedra import polyhedron_work
 from pedcross_env.camera.kernels.rows import F0, composite_row, fill_row, mean_depths
 from pedcross_env.camera.kernels.vehicles import draw_vehicle, vehicle_work
 from pedcross_env.camera.kernels.visible import move_outlines, outline_walls, visible_parts, visible_work
+from pedcross_env.camera.kernels.windows import houses_window, look_through, store, visible, window_of
 
 __all__ = ["BODY_REACH_M", "REACH", "REACH_M", "ROOF_KIND", "draw_scene"]
 
@@ -172,83 +172,6 @@ def _put(scratch, window, spans, ident, env, air, frame, owners, buf):
 
 
 @kernel
-def _visible(centre, radius, optics, size):
-    """Whether a sphere can reach the image."""
-    focal, cx, cy = optics
-    if centre[2] + radius < 0.1:
-        return False
-    for k in range(2):
-        low = (-cx if k == 0 else -cy) / focal
-        high = ((size[1] - cx) if k == 0 else (size[0] - cy)) / focal
-        if centre[k] - high * centre[2] > radius * math.sqrt(1 + high * high):
-            return False
-        if low * centre[2] - centre[k] > radius * math.sqrt(1 + low * low):
-            return False
-    return True
-
-
-@kernel
-def _window(centre, radius, optics, size):
-    """The part of the image that a sphere can reach: first row, first column, rows and columns, the columns in whole vectors."""
-    focal, cx, cy = optics
-    top, bottom = _reach(centre[1], centre[2], radius, focal, cy, size[0])
-    left, right = _reach(centre[0], centre[2], radius, focal, cx, size[1])
-    left = left // LANES * LANES
-    return top, left, bottom - top, min(size[1] - left, (right - left + LANES - 1) // LANES * LANES)
-
-
-@kernel
-def _reach(across, ahead, radius, focal, middle, extent):
-    """First pixel, of ``extent`` along one axis, that a sphere can reach, and the one beyond the last."""
-    if ahead <= radius + NEAR_M:
-        return 0, extent
-    tangent = math.sqrt(across * across + ahead * ahead - radius * radius)
-    low = (across * tangent - ahead * radius) / (ahead * tangent + across * radius)
-    high = (across * tangent + ahead * radius) / (ahead * tangent - across * radius)
-    first, last = middle + focal * low, middle + focal * high
-    first, last = max(0.0, min(first, extent + 0.0)), max(0.0, min(last, extent + 0.0))
-    return int(first), int(math.ceil(last))
-
-
-@allocating
-def _look_through(window, planes, channels, optics):
-    """Scratch planes, optics and size of a window: objects are drawn in its coordinates.
-
-    All are drawn in the same memory, wherever they are in the image: it stays in the cache.
-    """
-    top, left, rows, columns = window
-    focal, cx, cy = optics
-    colours, cover, inverse = planes
-    pixels = rows * columns
-    scratch = (
-        colours[: channels * pixels].reshape((channels, rows, columns)), cover[:pixels].reshape((rows, columns)),
-        inverse[:pixels].reshape((rows, columns)),
-    )  # fmt: skip
-    return scratch, (focal, cx - left, cy - top), (rows, columns)
-
-
-@kernel
-def _houses_window(faced, count, which, seen, windows, size):
-    """The part of the image that walls and roofs (which[faced:count], as -1 - actor) reach."""
-    left, top, right, bottom = size[1] + 0.0, size[0] + 0.0, 0.0, 0.0
-    for k in range(faced):
-        b = seen[2][which[k]]
-        left, top, right, bottom = min(left, b[0]), min(top, b[1]), max(right, b[2]), max(bottom, b[3])
-    for k in range(faced, count):
-        w = windows[-1 - which[k]]
-        left, top = min(left, w[1] + 0.0), min(top, w[0] + 0.0)
-        right, bottom = max(right, w[1] + w[3] + 0.0), max(bottom, w[0] + w[2] + 0.0)
-    first, beyond = int(left) // LANES * LANES, int(math.ceil(right))
-    columns = min(size[1] - first, (beyond - first + LANES - 1) // LANES * LANES)
-    return int(top), first, max(0, int(math.ceil(bottom)) - int(top)), max(0, columns)
-
-
-@kernel
-def _store(window, out):
-    out[0], out[1], out[2], out[3] = window
-
-
-@kernel
 def _wall_distance(panel, camera):
     """Horizontal distance to the nearest point of a wall, squared."""
     dx, dy = camera[0] - panel[0], camera[1] - panel[1]
@@ -342,17 +265,17 @@ def draw_scene(
         _to_camera(rotation, camera, actors[i, 0], actors[i, 1], actors[i, 2] + 0.5 * actors[i, 8], centre)
         diagonal = math.sqrt(actors[i, 6] ** 2 + actors[i, 7] ** 2 + actors[i, 8] ** 2)
         radius = REACH * diagonal + (REACH_M if idents[i, 1] == 1 else BODY_REACH_M)
-        if _visible(centre, radius, optics, size):
+        if visible(centre, radius, optics, size):
             keys[i] = centre[2] - 0.5 * actors[i, 6]
-            _store(_window(centre, radius, optics, size), windows[i])
+            store(window_of(centre, radius, optics, size), windows[i])
     for i in range(g):
         side = 1 if groups[i, 3] > 0 else 0
         if groups[i, 2] < slab[side] or groups[i, 2] >= slab[2 + side]:
             continue
         _to_camera(rotation, camera, groups[i, 2], groups[i, 3], groups[i, 4], centre)
-        if _visible(centre, groups[i, 5], optics, size):
+        if visible(centre, groups[i, 5], optics, size):
             keys[n + i] = centre[2]
-            _store(_window(centre, groups[i, 5], optics, size), windows[n + i])
+            store(window_of(centre, groups[i, 5], optics, size), windows[n + i])
     air = np.zeros(frame[0].shape[0], np.float32)
     for c in range(3):
         if air.shape[0] == 3:
@@ -381,7 +304,7 @@ def draw_scene(
         window = (windows[k, 0], windows[k, 1], windows[k, 2], windows[k, 3])
         if window[2] * window[3] == 0 or (k < n and idents[k, 1] == ROOF_KIND):
             continue
-        planes, view, extent = _look_through(window, scratch, channels, optics)
+        planes, view, extent = look_through(window, scratch, channels, optics)
         _shine(env, sun, sunlit[0][k] if k < n else sunlit[1][k - n])
         if k >= n:
             _draw_group(
@@ -412,8 +335,8 @@ def draw_scene(
                 near[count], which[count] = _roof_distance(actors[i], camera), -1 - i
                 count += 1
         _sort(near, ranks, count)
-        window = _houses_window(faced, count, which, seen, windows, size)
-        planes, view, extent = _look_through(window, scratch, channels, optics)
+        window = houses_window(faced, count, which, seen, windows, size)
+        planes, view, extent = look_through(window, scratch, channels, optics)
         move_outlines(faced, window, seen)
         for k in ranks[:count]:
             i = which[k]
