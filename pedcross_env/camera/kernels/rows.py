@@ -222,6 +222,23 @@ def _over_grey(new, inverse_new, passed, colour, air, alpha, nearest, plane):
 
 
 @kernel
+def _over_grey_clearly(new, inverse_new, colour, alpha, nearest, plane):
+    """The same where the air takes and adds nothing."""
+    for i in range(alpha.shape[0]):
+        a, v, old, kept_inverse = new[i], inverse_new[i], alpha[i], nearest[i]
+        nearer = v * old > kept_inverse
+        back = F1 - a if nearer else F1
+        front = F1 if nearer else F1 - old
+        share, kept = a * front, old * back
+        plane[i] = plane[i] * back + colour[i] * front
+        nearest[i] = kept_inverse * back + v * share
+        alpha[i] = kept + share
+        new[i] = F0
+        inverse_new[i] = F0
+        colour[i] = F0
+
+
+@kernel
 def _own(new, inverse_new, alpha, nearest, ident, weight, depth, ids):
     for i in range(alpha.shape[0]):
         a, v = new[i], inverse_new[i]
@@ -248,6 +265,27 @@ def _over_colour(new, inverse_new, passed, red, green, blue, air, alpha, nearest
         plane0[i] = plane0[i] * back + red[i] * through + haze * air0
         plane1[i] = plane1[i] * back + green[i] * through + haze * air1
         plane2[i] = plane2[i] * back + blue[i] * through + haze * air2
+        nearest[i] = kept_inverse * back + v * share
+        alpha[i] = kept + share
+        new[i] = F0
+        inverse_new[i] = F0
+        red[i] = F0
+        green[i] = F0
+        blue[i] = F0
+
+
+@kernel
+def _over_colour_clearly(new, inverse_new, red, green, blue, alpha, nearest, plane0, plane1, plane2):
+    """The same where the air takes and adds nothing."""
+    for i in range(alpha.shape[0]):
+        a, v, old, kept_inverse = new[i], inverse_new[i], alpha[i], nearest[i]
+        nearer = v * old > kept_inverse
+        back = F1 - a if nearer else F1
+        front = F1 if nearer else F1 - old
+        share, kept = a * front, old * back
+        plane0[i] = plane0[i] * back + red[i] * front
+        plane1[i] = plane1[i] * back + green[i] * front
+        plane2[i] = plane2[i] * back + blue[i] * front
         nearest[i] = kept_inverse * back + v * share
         alpha[i] = kept + share
         new[i] = F0
@@ -284,17 +322,23 @@ def composite_row(scratch, row, a, b, window, beta, air, ident, frame, owners, b
         _own(
             new, inverse_new, alpha, nearest, np.int32(ident), weights[at, first:last], depths[at, first:last], ids[at, first:last]
         )  # fmt: skip
-    passed = buf[0, : b - a]
+    grey = out.shape[0] == 1
     if beta > F0:
+        passed = buf[0, : b - a]
         _passed(inverse_new, beta, passed)
+        if grey:
+            _over_grey(
+                new, inverse_new, passed, planes[0, row, a:b], air[0], alpha, nearest, out[0, at, first:last]
+            )  # fmt: skip
+        else:
+            _over_colour(
+                new, inverse_new, passed, planes[0, row, a:b], planes[1, row, a:b], planes[2, row, a:b], air, alpha, nearest,
+                out[0, at, first:last], out[1, at, first:last], out[2, at, first:last],
+            )  # fmt: skip
+    elif grey:
+        _over_grey_clearly(new, inverse_new, planes[0, row, a:b], alpha, nearest, out[0, at, first:last])
     else:
-        fill_row(F1, passed)
-    if out.shape[0] == 1:
-        _over_grey(
-            new, inverse_new, passed, planes[0, row, a:b], air[0], alpha, nearest, out[0, at, first:last]
-        )
-    else:
-        _over_colour(
-            new, inverse_new, passed, planes[0, row, a:b], planes[1, row, a:b], planes[2, row, a:b], air, alpha, nearest,
+        _over_colour_clearly(
+            new, inverse_new, planes[0, row, a:b], planes[1, row, a:b], planes[2, row, a:b], alpha, nearest,
             out[0, at, first:last], out[1, at, first:last], out[2, at, first:last],
         )  # fmt: skip
