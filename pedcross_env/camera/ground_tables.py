@@ -11,6 +11,7 @@ import numpy as np
 from pedcross_env.camera.kernels.street_profile import L_CROSSED, L_CURVE, L_HIGH, L_SIDE, LAYOUT_SIZE
 from pedcross_env.camera.scenery import (
     ACROSS_TEXEL_M,
+    ALONG_MARGIN_M,
     ALONG_TEXEL_M,
     GROUND_TEXEL_M,
     grain_integral,
@@ -23,7 +24,6 @@ from pedcross_env.scenario.street import StreetSpec
 __all__ = ["GroundTables", "ground_tables"]
 
 STOP_GAP_M, STOP_WIDTH_M = 1.2, 0.4
-ALONG_MARGIN_M = 100.0  # by which scenery's tables along the street reach beyond its start
 
 
 @dataclass(frozen=True, slots=True)

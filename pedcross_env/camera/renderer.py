@@ -35,6 +35,7 @@ from pedcross_env.camera.profiles import bands_of, covered_by, stripes_of
 from pedcross_env.camera.reach import reach_of
 from pedcross_env.camera.scenery import (
     ACROSS_TEXEL_M,
+    ALONG_MARGIN_M,
     ALONG_TEXEL_M,
     GROUND_TEXEL_M,
     Scenery,
@@ -324,7 +325,7 @@ class Renderer:
             draw_ground_freely(pose, env, self._free, shadows, lights, xs, rest, self._buf)
             self._sky.add_clouds(out, alpha, pose, env, light)
         else:
-            along_start = self._street.start_x_m - 100.0
+            along_start = self._street.start_x_m - ALONG_MARGIN_M
             street = (self._street.kerb_height_m, along_start, ALONG_TEXEL_M, GROUND_TEXEL_M)
             tables, clouds = (
                 (scenery.along, self._stripes, self._grain),

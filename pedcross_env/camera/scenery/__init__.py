@@ -16,6 +16,7 @@ from pedcross_env.camera.scenery.furniture import Props, standing_things
 from pedcross_env.camera.scenery.lamps import lamp_maps
 from pedcross_env.camera.scenery.profiles import (
     ACROSS_TEXEL_M,
+    ALONG_MARGIN_M,
     ALONG_TEXEL_M,
     GROUND_TEXEL_M,
     across_profiles,
@@ -26,7 +27,7 @@ from pedcross_env.camera.scenery.shadows import sun_shear, tree_shadow_capsules
 from pedcross_env.scenario.street import StreetSpec
 
 __all__ = [
-    "ACROSS_TEXEL_M", "ALONG_TEXEL_M", "GROUND_TEXEL_M", "Props", "Scenery", "crown_textures", "grain_integral", "scenery_of",
+    "ACROSS_TEXEL_M", "ALONG_MARGIN_M", "ALONG_TEXEL_M", "GROUND_TEXEL_M", "Props", "Scenery", "crown_textures", "grain_integral", "scenery_of",
     "sun_shear", "tree_shadow_capsules",
 ]  # fmt: skip
 

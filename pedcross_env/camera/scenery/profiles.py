@@ -10,6 +10,7 @@ from pedcross_env.scenario.street import StreetSpec
 
 __all__ = [
     "ACROSS_TEXEL_M",
+    "ALONG_MARGIN_M",
     "ALONG_TEXEL_M",
     "GROUND_TEXEL_M",
     "across_profiles",
@@ -18,6 +19,7 @@ __all__ = [
 ]
 
 ACROSS_TEXEL_M, ALONG_TEXEL_M, GROUND_TEXEL_M = 0.01, 0.05, 0.025
+ALONG_MARGIN_M = 100.0  # by which tables along the street reach beyond its start
 
 
 @lru_cache(maxsize=1)
@@ -96,7 +98,7 @@ def across_profiles(street: StreetSpec) -> tuple[np.ndarray, np.ndarray, float]:
 def along_profiles(street: StreetSpec) -> np.ndarray:
     """Profiles along the street: dashes (3 m of 9), zebras, stop lines (right-hand traffic: both approaches)."""
     count = round((street.end_x_m - street.start_x_m + 400.0) / ALONG_TEXEL_M)
-    x = street.start_x_m - 100.0 + (np.arange(count) + 0.5) * ALONG_TEXEL_M
+    x = street.start_x_m - ALONG_MARGIN_M + (np.arange(count) + 0.5) * ALONG_TEXEL_M
     profile = np.zeros((count, 3))
     profile[:, 0] = (x % 9.0) < 3.0
     for crossing in street.crosswalks:
