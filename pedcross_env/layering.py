@@ -42,7 +42,7 @@ WAYS = tuple(
     itertools.chain.from_iterable(itertools.combinations(range(len(PLANES_M)), n) for n in (1, 2, 3))
 )
 REACH_M = 1.0  # how far limbs of trees and furniture reach out of their layer
-MOST_STRIDE = 8
+MOST_STRIDE = 8  # instants from one render of a layer to the next: more were no quicker, and less exact
 YAW_RAD = 0.1  # of the camera, up to which planes across the street part what is near from what is far
 LIMBS = 2.0  # legs and arms swing up to so many times as fast, against the body, as the body walks
 CARRIED_M = {ActorKind.VEHICLE: 0.3, ActorKind.PEDESTRIAN: 1.2}  # mirrors; bags, umbrellas, strollers
