@@ -16,7 +16,8 @@ import numpy as np
 from pedcross_env.camera.kernels.facade import PANEL_SIZE
 from pedcross_env.camera.kernels.lighting import lamp_candela
 from pedcross_env.camera.scenery import Props, Scenery, scenery_of
-from pedcross_env.camera.scenery.buildings import DEEP_M
+from pedcross_env.camera.scenery.buildings import DEEP_M, fit_bays
+from pedcross_env.camera.scenery.lamps import MAP_STEP_M
 from pedcross_env.contracts import StaticClass
 from pedcross_env.scenario.layout import side_street, to_world
 from pedcross_env.scenario.street import StreetSpec
@@ -24,7 +25,6 @@ from pedcross_env.scenario.street import StreetSpec
 __all__ = ["scenery_for"]
 
 PIECE_M, CORNER_M, FLANK_M = 9.0, 6.0, 12.0
-MAP_STEP_M = 0.5
 CROWN_AT = 8  # where a group holds its crown's place, if it has one
 
 
@@ -48,13 +48,7 @@ def _set_ends(panel: np.ndarray, low: float, high: float) -> None:
     """Let a panel along the street run from low to high, its windows fitted."""
     panel[0] = low if panel[3] > 0 else high
     panel[6], panel[27] = high - low, panel[0]
-    _fit_bays(panel)
-
-
-def _fit_bays(panel: np.ndarray) -> None:
-    for k in (11, 20):
-        if panel[k] > 0:
-            panel[k] = panel[6] / max(1, round(panel[6] / panel[k]))
+    fit_bays(panel)
 
 
 def _wall(
@@ -125,7 +119,7 @@ def _closing_row(panels: np.ndarray, street: StreetSpec, at: float, facing: int)
         panel[3], panel[4] = 0.0, float(facing)
         panel[6], panel[27], panel[28] = edges[k + 1] - edges[k], at, 0.0
         panel[16] += k
-        _fit_bays(panel)
+        fit_bays(panel)
         row.append(panel)
     return row
 
@@ -147,7 +141,7 @@ def _bent(panels: np.ndarray, street: StreetSpec) -> np.ndarray:
             piece[3], piece[4] = (x[k + 1] - x[k]) / length, (y[k + 1] - y[k]) / length
             piece[6] = length
             piece[11], piece[20] = piece[11] * scale, piece[20] * scale
-            _fit_bays(piece)
+            fit_bays(piece)
             piece[16] += 31 * k if panel[16] > 0 else 0
             piece[27], piece[28] = panel[27] + panel[28] * along[k], panel[28] / scale
             pieces.append(piece)
@@ -180,7 +174,7 @@ def _flank(front: np.ndarray, edge: float, keep: int, end_y: float, middle_x: fl
     panel[6] = high - low
     panel[16] += 57
     panel[26:29] = (3.0 if edge < middle_x else 2.0), panel[1], -float(keep)
-    _fit_bays(panel)
+    fit_bays(panel)
     back = [(edge, end_y), (edge + keep * DEEP_M, end_y)]
     if keep * side > 0:
         back = back[::-1]

@@ -13,7 +13,16 @@ from pedcross_env.camera.props import TILES
 from pedcross_env.config import require
 from pedcross_env.scenario.street import StreetSpec
 
-__all__ = ["BUILDINGS", "DEEP_M", "BuildingKind", "Roof", "Rows", "building_rows", "register_building"]
+__all__ = [
+    "BUILDINGS",
+    "DEEP_M",
+    "BuildingKind",
+    "Roof",
+    "Rows",
+    "building_rows",
+    "fit_bays",
+    "register_building",
+]
 
 Range = tuple[float, float]
 Colour = tuple[float, float, float]
@@ -261,6 +270,13 @@ def _garden(gap: Gap, rng: np.random.Generator) -> list[np.ndarray]:
     back[11:17] = bay, 3.0, 0.38, 0.5, 0.25, int(rng.integers(1, 30_000))
     back[19:22], back[22:26] = (3.2, bay, 0.38), (0.9, 2.4, 1.0, back[7] - 0.4)
     return [low, back]
+
+
+def fit_bays(panel: np.ndarray) -> None:
+    """Stretch a front's bays so that whole ones fill its length."""
+    for k in (11, 20):
+        if panel[k] > 0:
+            panel[k] = panel[6] / max(1, round(panel[6] / panel[k]))
 
 
 def building_rows(street: StreetSpec, rng: np.random.Generator, loose: bool = True) -> Rows:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pedcross_env.camera.scenery.buildings import fit_bays
 from pedcross_env.scenario.street import StreetSpec
 
 __all__ = ["closing_rows"]
@@ -48,9 +49,7 @@ def _across(like: np.ndarray, x: float, way: int, wide: float, place: int) -> np
     x += way * FORWARD_M * (place == 0)
     # a panel is seen from the right-hand side of its axis
     panel[:7] = x, right if way > 0 else left, 0.0, 0.0, float(way), 0.0, left - right
-    for k in (11, 20):
-        if panel[k] > 0:
-            panel[k] = panel[6] / max(1, round(panel[6] / panel[k]))
+    fit_bays(panel)
     panel[16] += place + HOUSES
     panel[26:30] = float(place >= 0), x, 0.0, float(place >= 0)
     return panel

@@ -7,7 +7,7 @@ import numpy as np
 from pedcross_env.camera.kernels.lighting import lamp_candela
 from pedcross_env.scenario.street import StreetSpec
 
-__all__ = ["LAMP_HEIGHT_M", "LAMP_SPACING_M", "lamp_maps", "lamp_places", "lamp_post"]
+__all__ = ["MAP_STEP_M", "LAMP_HEIGHT_M", "LAMP_SPACING_M", "lamp_maps", "lamp_places", "lamp_post"]
 
 MAP_STEP_M = 0.5
 LAMP_SPACING_M, LAMP_HEIGHT_M = 26.0, 7.0
