@@ -105,7 +105,7 @@ def _edge_points(pose: CameraPose, street: StreetSpec, boxes: _Boxes) -> tuple[n
         np.array([height, height, height, pose.cy, pose.cy]),
     )
     side_m = np.array([1.0, np.nan, -1.0, 1.0, -1.0]) * street.facade_y_m  # the middle: bonnet and road
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         reach = np.where(ray[:, 2] < -1e-6, -pose.origin[2] / ray[:, 2], np.inf)
         wall = np.where(np.abs(ray[:, 1]) > 1e-6, (side_m - pose.origin[1]) / ray[:, 1], -1.0)
     reach = np.where((wall > 0) & (wall < reach), wall, reach)

@@ -10,6 +10,7 @@ from pedcross_env.config import require
 __all__ = ["Crosswalk", "Intersection", "SteelPlate", "StreetSpec"]
 
 BEHIND_FRONTS_M = 14.0  # depth of the houses, which have to fit inside a curve
+LEAST_CURVATURE_PER_M = 1e-6  # over a curve of 100 m the street strays 5 mm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,6 +149,11 @@ class StreetSpec:
             math.isfinite(self.curvature_per_m) and abs(self.curvature_per_m) <= tightest,
             "curvature_per_m", self.curvature_per_m,
             f"within +-{tightest:.4f}, so that houses fit inside the curve",
+        )  # fmt: skip
+        require(
+            abs(self.curvature_per_m) >= LEAST_CURVATURE_PER_M,
+            "curvature_per_m", self.curvature_per_m,
+            f"0 for a straight street, or at least {LEAST_CURVATURE_PER_M:g} either way (a radius of 1,000 km)",
         )  # fmt: skip
         require(self.curve_length_m > 0, "curve_length_m", self.curve_length_m, "positive")
         require(

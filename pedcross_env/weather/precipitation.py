@@ -87,11 +87,13 @@ def flake_density_per_m3_mm(diameter_mm: float, snow_mm_h: float) -> float:
     Gunn and Marshall (1958): 3800 R^-0.87 exp(-2.55 R^-0.48 d) over the diameter d of the melted drop. A flake of
     diameter D has the density 0.178 D^-0.922 g/cm3 (Brandes et al., 2007), hence D = 2.295 d^1.444.
     """
-    if snow_mm_h <= 0 or diameter_mm <= 0:
-        return 0.0
+    return math.exp(_log_flake_density(diameter_mm, snow_mm_h)) if snow_mm_h > 0 and diameter_mm > 0 else 0.0
+
+
+def _log_flake_density(diameter_mm: float, snow_mm_h: float) -> float:
     melted_mm = (diameter_mm / _FLAKE_MM) ** (1 / _FLAKE_POWER)
     stretch = melted_mm / (_FLAKE_POWER * diameter_mm)
-    return 3800.0 * snow_mm_h**-0.87 * math.exp(-2.55 * snow_mm_h**-0.48 * melted_mm) * stretch
+    return math.log(3800.0 * snow_mm_h**-0.87 * stretch) - 2.55 * snow_mm_h**-0.48 * melted_mm
 
 
 def flake_speed_mps(diameter_mm: float) -> float:
@@ -133,10 +135,11 @@ def _raindrops(rain_mm_h: float, key: np.uint64) -> _Drops:
 def _flakes(snow_mm_h: float, key: np.uint64) -> _Drops:
     edges = np.geomspace(_SMALLEST_FLAKE_MM, _LARGEST_FLAKE_MM, _CLASSES + 1)
     low, high = edges[:-1].copy(), edges[1:].copy()
-    density = np.array([flake_density_per_m3_mm(edge, snow_mm_h) for edge in edges])
-    # Within a class the density is taken as exponential between its edges.
-    slope = np.log(density[:-1] / density[1:]) / (high - low)
-    number = (density[:-1] - density[1:]) / slope
+    # Within a class the density is taken as exponential between its edges; in a trace of snow that of large flakes is
+    # less than a number can tell, its logarithm is not.
+    log_density = np.array([_log_flake_density(edge, snow_mm_h) for edge in edges])
+    slope = -np.diff(log_density) / (high - low)
+    number = -np.exp(log_density[:-1]) * np.expm1(np.diff(log_density)) / slope
     speed = np.array([flake_speed_mps(d) for d in np.sqrt(low * high)])
     return _Drops(
         low, high, number, speed, slope, _FLAKE_WHITE, _FLAKE_SCATTER, _FLAKE_MIN_WIDTH_PX, _SWAY_M, key

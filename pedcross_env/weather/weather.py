@@ -29,7 +29,7 @@ class Weather:
         cloudiness: 0..1, covered share of the sky.
         wind_mps: Wind along +y.
         sun_altitude_deg: -90..90; below -6 it is night.
-        sun_azimuth_deg: Direction to the sun, from +x towards +y.
+        sun_azimuth_deg: Direction to the sun, from +x towards +y; -360..360.
         street_lamps: Whether street lamps are lit.
         tunnel_exit_m: Where along a straight street a tunnel ends from which the ego comes; -inf: there is none.
         headlights: Whether cars, the ego too, have their low beams on.
@@ -67,6 +67,7 @@ class Weather:
         require(0 <= self.cloudiness <= 1, "cloudiness", self.cloudiness, "0 to 1")
         require(abs(self.wind_mps) <= 60, "wind_mps", self.wind_mps, "-60 to 60")
         require(-90 <= self.sun_altitude_deg <= 90, "sun_altitude_deg", self.sun_altitude_deg, "-90 to 90")
+        require(abs(self.sun_azimuth_deg) <= 360, "sun_azimuth_deg", self.sun_azimuth_deg, "-360 to 360")
         require(
             self.tunnel_exit_m < 1e4, "tunnel_exit_m", self.tunnel_exit_m, "below 10,000 (-inf: no tunnel)"
         )

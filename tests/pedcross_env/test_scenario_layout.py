@@ -113,6 +113,7 @@ def test_a_street_keeps_its_hash_and_default_is_straight():
         {"curvature_per_m": 1 / 12},
         {"curvature_per_m": math.nan},
         {"curvature_per_m": 1 / 50, "curve_length_m": 200.0},
+        {"curvature_per_m": 1e-9},
         {"intersection": Intersection(x_m=239.0)},
         {"intersection": Intersection(x_m=60.0), "curvature_per_m": 0.01, "curve_start_x_m": 70.0},
         {"crosswalks": (Crosswalk(x_m=500.0),)},
