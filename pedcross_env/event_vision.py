@@ -117,7 +117,7 @@ class EventVision:
         config, plan = self._config, self.plan(before, after)
         counts = self.nothing().counts
         moments = [*self._view.world.snapshots(plan.times_s[:-1]), after]
-        parts = self._parted(before, after, len(moments))
+        parts = self._parted(before, after, len(moments), plan.flow_px)
         renders = renders_of(parts, len(moments)) if parts else len(moments)
         reached = len(moments), renders, plan.flow_px, plan.streak
         pictures = (
@@ -174,17 +174,19 @@ class EventVision:
         longest = max(np.diff([start_s, *times])) / (end_s - start_s)
         return Plan(times, float(flow * longest), float(fall * longest))
 
-    def _parted(self, before: Snapshot, after: Snapshot, instants: int) -> list[Cadence]:
+    def _parted(self, before: Snapshot, after: Snapshot, instants: int, reached_px: float) -> list[Cadence]:
         """The layers that the step's pictures are put together from, none where the scene is rendered as a whole.
 
-        Labels need all of every picture.
+        Where the cap on renders lets what is nearest move farther between two than was asked for, what is farther away
+        may do so too. Labels need all of every picture.
         """
         config, view = self._config, self._view
         whole = not config.dvs.layers or instants == 1 or self._trace is not None
         if whole or not view.by_layers(before, after):
             return []
         around = view.renderer.surroundings
-        parts = cadences(config.camera, around, before, after, instants, config.dvs.max_flow_px)
+        most_px = max(config.dvs.max_flow_px, reached_px)
+        parts = cadences(config.camera, around, before, after, instants, most_px)
         return parts if len(parts) > 1 else []
 
     def _whole(

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from functools import lru_cache
 
 import numpy as np
 
-from pedcross_env.camera import CameraPose, camera_pose, project, rays
+from pedcross_env._optics_kernels import LENSES, coefficients
+from pedcross_env.camera import CameraPose, camera_pose, numbers_of
+from pedcross_env.camera.kernels.motion import fastest_beyond, fastest_in_view
+from pedcross_env.camera.surroundings import Surroundings
 from pedcross_env.config import CameraConfig
-from pedcross_env.contracts import Snapshot
+from pedcross_env.contracts import ActorKind, Snapshot
+from pedcross_env.optics import undistort
 from pedcross_env.scenario import StreetSpec
 
-__all__ = ["image_flow_px"]
+__all__ = ["image_flow_px", "layer_motion_px"]
 
-NEAR_M = 0.5  # points nearer than this to the image plane are not followed
-INSTANT = (
-    1 / 32
-)  # of the interval: flow is that of a moment, since what leaves the picture is not followed beyond
-_MARGIN_PX = 1.0
-# corners of a box from above
-_AROUND, _ACROSS = np.array([-0.5, 0.5, 0.5, -0.5]), np.array([-0.5, -0.5, 0.5, 0.5])
-_NEXT = [1, 2, 3, 0]
+REACH_M = 1.0  # how far limbs of trees and furniture reach out of their layer
+LIMBS = 2.0  # legs and arms swing up to so many times as fast, against the body, as the body walks
+CARRIED_M = {ActorKind.VEHICLE: 0.3, ActorKind.PEDESTRIAN: 1.2}  # mirrors; bags, umbrellas, strollers
+SOONER = 1.1  # what actors' corners move over a whole step is not all that they move in its last part
 
 
 def image_flow_px(camera: CameraConfig, street: StreetSpec, before: Snapshot, after: Snapshot) -> float:
@@ -37,100 +38,67 @@ def image_flow_px(camera: CameraConfig, street: StreetSpec, before: Snapshot, af
         after: The same actors in the same order at the second.
     """
     poses = camera_pose(camera, before.ego), camera_pose(camera, after.ego)
-    boxes = _Boxes(before.actors, before.actors), _Boxes(after.actors, before.actors)
-    return max(_speed_px(*poses, *boxes, street), _speed_px(*poses[::-1], *boxes[::-1], street))
-
-
-class _Boxes:
-    """The actors' boxes at a moment, as high as at the first one.
-
-    Attributes:
-        feet: Corners from above, in order around: (N, 4, 2).
-        low, high: (N,) metres.
-        corners: (8 N, 3).
-    """
-
-    def __init__(self, actors: np.ndarray, first: np.ndarray) -> None:
-        cos, sin = np.cos(actors["yaw"])[:, None], np.sin(actors["yaw"])[:, None]
-        dx, dy = _AROUND * actors["length"][:, None], _ACROSS * actors["width"][:, None]
-        number = len(actors)
-        self.feet = np.empty((number, 4, 2))
-        self.feet[..., 0] = actors["x"][:, None] + cos * dx - sin * dy
-        self.feet[..., 1] = actors["y"][:, None] + sin * dx + cos * dy
-        self.low = first["z"]
-        self.high = self.low + first["height"]
-        corners = np.empty((2, number, 4, 3))
-        corners[..., :2] = self.feet
-        corners[0, ..., 2], corners[1, ..., 2] = self.low[:, None], self.high[:, None]
-        self.corners = corners.reshape(-1, 3)
-
-
-def _speed_px(
-    pose: CameraPose, other: CameraPose, boxes: _Boxes, moved_boxes: _Boxes, street: StreetSpec
-) -> float:
-    """Displacement over INSTANT of the way to the other moment, over INSTANT."""
-    moved = replace(
-        pose,
-        origin=pose.origin + INSTANT * (other.origin - pose.origin),
-        rotation=pose.rotation + INSTANT * (other.rotation - pose.rotation),
-    )
-    edge, owner = _edge_points(pose, street, boxes)
-    shift = np.zeros((len(edge), 3))
-    carried = owner >= 0
-    if carried.any():
-        shift[carried, :2] = (moved_boxes.feet - boxes.feet).mean(axis=1)[owner[carried]]
-    points = np.concatenate([edge, boxes.corners])
-    ways = np.concatenate([shift, moved_boxes.corners - boxes.corners])
-    return _displacement(pose, moved, points, points + INSTANT * ways) / INSTANT
-
-
-def _displacement(pose0: CameraPose, pose1: CameraPose, points0: np.ndarray, points1: np.ndarray) -> float:
-    first, second = project(pose0, points0), project(pose1, points1)
-    seen = (
-        (first[:, 2] > NEAR_M) & (second[:, 2] > NEAR_M)
-        & (first[:, 0] > -_MARGIN_PX) & (first[:, 0] < pose0.width_px + _MARGIN_PX)
-        & (first[:, 1] > -_MARGIN_PX) & (first[:, 1] < pose0.height_px + _MARGIN_PX)
+    number = len(before.actors)
+    return float(
+        fastest_in_view(
+            *_moments(poses), _optics(poses[0]), (LENSES.index(camera.lens), coefficients(camera.distortion)),
+            _edges(camera), street.facade_y_m, numbers_of(before.actors), numbers_of(after.actors), np.zeros(number),
+            np.empty((2, number, 4, 2)), np.empty((10, 3)),
+        )
     )  # fmt: skip
-    if not seen.any():
-        return 0.0
-    return float(np.hypot(*(second[seen, :2] - first[seen, :2]).T).max())
 
 
-def _edge_points(pose: CameraPose, street: StreetSpec, boxes: _Boxes) -> tuple[np.ndarray, np.ndarray]:
-    """What is seen at the image's edges: (N, 3) world points and (N,) index of the actor, -1 for what stands still."""
-    width, height = float(pose.width_px), float(pose.height_px)
-    ray = rays(
-        pose,
-        np.array([0.0, width / 2, width, 0.0, width]),
-        np.array([height, height, height, pose.cy, pose.cy]),
-    )
-    side_m = np.array([1.0, np.nan, -1.0, 1.0, -1.0]) * street.facade_y_m  # the middle: bonnet and road
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        reach = np.where(ray[:, 2] < -1e-6, -pose.origin[2] / ray[:, 2], np.inf)
-        wall = np.where(np.abs(ray[:, 1]) > 1e-6, (side_m - pose.origin[1]) / ray[:, 1], -1.0)
-    reach = np.where((wall > 0) & (wall < reach), wall, reach)
-    met, actor = _first_met(pose.origin, ray, boxes)
-    hides = (met < reach) & ~np.isnan(side_m)
-    reach, owner = np.where(hides, met, reach), np.where(hides, actor, -1)
-    found = np.isfinite(reach)
-    return pose.origin + reach[found, None] * ray[found], owner[found]
+def layer_motion_px(
+    poses: tuple[CameraPose, CameraPose],
+    around: Surroundings,
+    before: Snapshot,
+    after: Snapshot,
+    planes_m: np.ndarray,
+) -> np.ndarray:
+    """How far what is beyond a plane across the street moves in the picture from one moment to the other: a bound.
+
+    Nothing that stands is nearer than the road, the plane and what lines the road, so their motion bounds that of all
+    standing things. Actors, their limbs and their shadows are followed at their boxes' corners.
+
+    Args:
+        poses: The camera, a pinhole, at both moments.
+        around: Gives what lines the road and where shadows fall.
+        before: The first moment.
+        after: The same actors in the same order at the second.
+        planes_m: (P,) float64, world x of each.
+
+    Returns:
+        (P,) pixels.
+    """
+    nearest_x = planes_m - REACH_M
+    ahead = nearest_x - max(float(pose.origin[0]) for pose in poses)
+    actors, number = before.actors, len(before.actors)
+    walks = actors["speed"] * (actors["kind"] == ActorKind.PEDESTRIAN)
+    carried = np.array([CARRIED_M.get(kind, 0.0) for kind in actors["kind"].tolist()])
+    standing, moving = np.zeros(len(planes_m)), np.zeros(len(planes_m))
+    fastest_beyond(
+        *_moments(poses), _optics(poses[0]), (around.left_y_m, around.right_y_m),
+        around.shadow_per_m or (math.nan, math.nan), numbers_of(actors), numbers_of(after.actors), carried,
+        LIMBS * (after.time_s - before.time_s) * walks, nearest_x, ahead, standing, moving,
+        np.empty((2, number, 4, 2)), np.empty((4, 3)),
+    )  # fmt: skip
+    return np.asarray(np.maximum(standing, SOONER * moving))
 
 
-def _first_met(origin: np.ndarray, ray: np.ndarray, boxes: _Boxes) -> tuple[np.ndarray, np.ndarray]:
-    """Where rays (R, 3) first meet the side of a box: (R,) how many of their lengths away (inf: nowhere), which box."""
-    feet = boxes.feet
-    if len(feet) == 0:
-        return np.full(len(ray), np.inf), np.full(len(ray), -1)
-    along = feet[:, _NEXT] - feet
-    offset = feet - origin[:2]
-    x, y, z = ray.T[:, :, None, None]
-    across = x * along[..., 1] - y * along[..., 0]
-    safe = np.where(np.abs(across) > 1e-9, across, np.nan)
-    reach = (offset[..., 0] * along[..., 1] - offset[..., 1] * along[..., 0]) / safe
-    share = (offset[..., 0] * y - offset[..., 1] * x) / safe
-    above = origin[2] + reach * z
-    hit = (reach > 0) & (share >= 0) & (share <= 1)
-    hit &= (above >= boxes.low[:, None]) & (above <= boxes.high[:, None])
-    reach = np.where(hit, reach, np.inf).reshape(len(ray), -1)
-    nearest = reach.argmin(axis=1)
-    return reach[np.arange(len(ray)), nearest], nearest // 4
+def _moments(poses: tuple[CameraPose, CameraPose]) -> tuple[np.ndarray, np.ndarray]:
+    """(2, 3, 3) and (2, 3)."""
+    return np.array([pose.rotation for pose in poses]), np.array([pose.origin for pose in poses])
+
+
+def _optics(pose: CameraPose) -> tuple[float, float, float, float, float]:
+    return pose.focal_px, pose.cx, pose.cy, float(pose.width_px), float(pose.height_px)
+
+
+@lru_cache(maxsize=16)
+def _edges(camera: CameraConfig) -> np.ndarray:
+    """(5, 3) rays through both lower corners, the bonnet's road and both sides; on which side their wall is."""
+    w, h, f = camera.width_px, camera.height_px, camera.focal_px
+    cx, cy = camera.principal_point[0] * w, camera.principal_point[1] * h
+    u, v = np.array([0.0, w / 2, w, 0.0, w]), np.array([h, h, h, cy, cy])
+    x, y = undistort(camera.lens, camera.distortion, (u - cx) / f, (v - cy) / f)
+    return np.stack([x, y, np.array([1.0, 0.0, -1.0, 1.0, -1.0])], axis=1)

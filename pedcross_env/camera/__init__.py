@@ -1,7 +1,9 @@
 """The camera: a street from the ego in linear radiance, with depth and instance ids."""
 
+from pedcross_env.camera.actor_tables import numbers_of
 from pedcross_env.camera.layers import (
     FARTHEST,
+    MOST_LAYERS,
     NEAREST,
     Border,
     Layer,
@@ -17,6 +19,7 @@ from pedcross_env.camera.surroundings import Surroundings
 
 __all__ = [
     "FARTHEST",
+    "MOST_LAYERS",
     "NEAREST",
     "Border",
     "CameraPose",
@@ -27,6 +30,7 @@ __all__ = [
     "Surroundings",
     "camera_pose",
     "compose",
+    "numbers_of",
     "picture_of",
     "project",
     "rays",

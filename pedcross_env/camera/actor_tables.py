@@ -14,7 +14,7 @@ from pedcross_env.camera.vehicles import PAINTS
 from pedcross_env.contracts import ACTOR_DTYPE, ActorKind
 from pedcross_env.scenario import ACCESSORIES, VEHICLE_MODELS
 
-__all__ = ["ActorTables", "Cast"]
+__all__ = ["ActorTables", "Cast", "numbers_of"]
 
 NUMBERS = (
     "x", "y", "z", "yaw", "pitch", "model", "length", "width", "height", "gait_phase", "gait_stride", "head_yaw", "brake_light",
@@ -39,6 +39,11 @@ def _fields() -> np.dtype[np.void]:
 
 
 FIELDS = _fields()
+
+
+def numbers_of(actors: np.ndarray) -> np.ndarray:
+    """Return (N, 13) float64 of (N,) ACTOR_DTYPE: NUMBERS before the headlight, with the speed in the model's place."""
+    return actors.view(FIELDS)["numbers"].copy()
 
 
 class Cast(NamedTuple):

@@ -13,6 +13,7 @@ from pedcross_env.camera.kernels.layers import lay_all, pick
 
 __all__ = [
     "FARTHEST",
+    "MOST_LAYERS",
     "NEAREST",
     "WHOLE",
     "Border",

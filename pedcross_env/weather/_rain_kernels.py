@@ -7,9 +7,10 @@ import math
 import numpy as np
 from numba import njit
 
+from pedcross_env._optics_kernels import bend
 from pedcross_env.hashing import combine, unit
 
-__all__ = ["FADE", "LENSES", "bend", "draw_rain"]
+__all__ = ["FADE", "draw_rain"]
 
 FADE = 0.4  # above the least width, over which a drop gains its full strength
 
@@ -18,7 +19,6 @@ _DROPS_PER_CELL = 4.0
 _LARGEST_CELL_M = 3.0
 _SWAY_LEAST, _SWAY_MORE = 3.0, 4.0  # rad/s at which flakes sway
 TURN = 2.0 * math.pi
-LENSES = ("pinhole", "brown", "fisheye")  # by their number in ``bend``
 _PLACE, _PER_PLACE = np.uint64((1 << 21) - 1), 2.0**-21
 _ROUND_PX = 1.5  # width from which a drop is drawn round and soft
 _APERTURE_M = (
@@ -40,31 +40,6 @@ def _poisson(none: float, mean: float, key: np.uint64) -> int:
         chance *= mean / number
         total += chance
     return number
-
-
-@njit(cache=True, error_model="numpy")
-def bend(lens: int, k: np.ndarray, x: float, y: float) -> tuple[float, float, float]:
-    """Where a lens shows the ray (x, y, 1), in focal lengths, and how it magnifies across the radius; 0: not at all.
-
-    ``lens``: 0 a pinhole, 1 Brown, 2 a fisheye, with the coefficients ``k``: the formulas of pedcross_env.optics.
-    """
-    if lens == 0:
-        return x, y, 1.0
-    r2 = x * x + y * y
-    if lens == 1:
-        radial = 1.0 + r2 * (k[0] + r2 * k[1])
-        if 1.0 + r2 * (3.0 * k[0] + 5.0 * r2 * k[1]) <= 0.05:  # beyond where the lens folds
-            return x, y, 0.0
-        bent_x = x * radial + 2.0 * k[2] * x * y + k[3] * (r2 + 2.0 * x * x)
-        return bent_x, y * radial + k[2] * (r2 + 2.0 * y * y) + 2.0 * k[3] * x * y, radial
-    r = math.sqrt(r2)
-    if r < 1e-9:
-        return x, y, 1.0
-    theta = math.atan(r)
-    t = theta * theta
-    scale = theta * (1.0 + t * (k[0] + t * (k[1] + t * (k[2] + t * k[3])))) / r
-    rising = 1.0 + t * (3.0 * k[0] + t * (5.0 * k[1] + t * (7.0 * k[2] + t * 9.0 * k[3])))
-    return x * scale, y * scale, scale if rising > 0.05 else 0.0
 
 
 @njit(cache=True, error_model="numpy")

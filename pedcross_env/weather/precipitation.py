@@ -14,6 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
+from pedcross_env._optics_kernels import LENSES, coefficients
 from pedcross_env.config import require
 from pedcross_env.contracts import Frame
 from pedcross_env.hashing import child_key, seed_key
@@ -152,13 +153,19 @@ def _optics(
 ) -> tuple[float, float, float, float, float, int, np.ndarray]:
     """What the kernels must know of a camera's optics, see _rain_kernels.draw_rain."""
     width, height = size_px
-    k = np.zeros(4)
-    k[: len(distortion)] = distortion
     columns, rows = (np.linspace(0.0, n, 33) for n in size_px)
     edge_x = np.concatenate([columns, columns, np.zeros(33), np.full(33, float(width))])
     edge_y = np.concatenate([np.zeros(33), np.full(33, float(height)), rows, rows])
     x, y = undistort(lens, distortion, (edge_x - cx) / focal_px, (edge_y - cy) / focal_px)
-    return focal_px, cx, cy, float(np.abs(x).max()), float(np.abs(y).max()), kernels.LENSES.index(lens), k
+    return (
+        focal_px,
+        cx,
+        cy,
+        float(np.abs(x).max()),
+        float(np.abs(y).max()),
+        LENSES.index(lens),
+        coefficients(distortion),
+    )
 
 
 class Precipitation:

@@ -9,7 +9,8 @@ from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import ACTOR_DTYPE, Snapshot
 from pedcross_env.env import CrossingEnv
 from pedcross_env.errors import ConfigError
-from pedcross_env.layering import Cadence, Pictures, cadences, layer_motion_px, renders_of
+from pedcross_env.flow import layer_motion_px
+from pedcross_env.layering import Cadence, Pictures, cadences, renders_of
 from pedcross_env.sensors.dvs_pictures import log_picture
 from pedcross_env.weather import Weather
 
@@ -61,7 +62,7 @@ def test_nothing_beyond_a_plane_moves_by_more_than_the_bound(seed: int) -> None:
             continue
         before, after = last_step(env)
         poses = camera_pose(env.config.camera, before.ego), camera_pose(env.config.camera, after.ego)
-        planes = [float(before.ego["x"]) + ahead for ahead in (18.0, 30.0, 45.0)]
+        planes = float(before.ego["x"]) + np.array([8.0, 18.0, 30.0, 45.0])
         truth = env.truth(flow=True)
         flow = np.hypot(*np.moveaxis(truth.flow_px, -1, 0))
         for plane, bound in zip(
