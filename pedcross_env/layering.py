@@ -49,8 +49,8 @@ def _price_list() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Ways to part the scene, each at some of the planes.
 
     Returns:
-        (W, P) bool: at which planes; (W,) what each instant costs, in renders of the whole scene; (W, P) the same of each
-        render of the layer beyond a plane.
+        (W, P) bool: at which planes; (W,) what each instant costs, in renders of the whole scene; (W, P) the same of a
+        render of the layer beyond each plane.
     """
     count = len(AHEAD_M)
     ways = [way for n in range(MOST_PLANES) for way in itertools.combinations(range(count), n + 1)]
