@@ -14,7 +14,8 @@ from pedcross_env.camera import Layer, Picture, Seen, whole_picture
 from pedcross_env.config import EnvConfig
 from pedcross_env.contracts import EVENT_DTYPE, Frame, Snapshot
 from pedcross_env.flow import image_flow_px
-from pedcross_env.layering import Cadence, Pictures, cadences, renders_of
+from pedcross_env.layering import Cadence, Pictures, renders_of
+from pedcross_env.parting import Parting
 from pedcross_env.sensors import causes, dvs
 from pedcross_env.sensors.dvs_pictures import count_pictures, log_picture
 from pedcross_env.view import View
@@ -85,9 +86,12 @@ class EventVision:
     def __init__(self, config: EnvConfig, view: View, seed: int, memory: Any = None) -> None:
         self._config, self._view = config, view
         self._far: dict[Any, Seen] = {}  # as the last step left them: what the next one would render again
+        around = view.renderer.surroundings
         if memory is not None:
-            self._state, self._trace = memory
+            self._state, self._trace, planes = memory
+            self._parting = Parting(config.camera, around, planes)
             return
+        self._parting = Parting(config.camera, around)
         first = view.world.snapshot(0.0)
         picture, bare = self._picture(first, 1.0 / config.world.policy_hz, None)
         log_frame = self._log(picture)
@@ -97,7 +101,7 @@ class EventVision:
     @property
     def memory(self) -> Any:
         """All that the next look depends on, besides what is seen."""
-        return self._state, self._trace
+        return self._state, self._trace, self._parting.planes
 
     def nothing(self) -> Sensed:
         """What there is before the first step."""
@@ -184,9 +188,8 @@ class EventVision:
         whole = not config.dvs.layers or instants == 1 or self._trace is not None
         if whole or not view.by_layers(before, after):
             return []
-        around = view.renderer.surroundings
         most_px = max(config.dvs.max_flow_px, reached_px)
-        parts = cadences(config.camera, around, before, after, instants, most_px)
+        parts = self._parting.cadences(before, after, instants, most_px)
         return parts if len(parts) > 1 else []
 
     def _whole(

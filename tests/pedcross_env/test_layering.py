@@ -1,5 +1,7 @@
 """The scene in layers by distance: the same picture as in one, each layer rendered as often as its motion asks for."""
 
+import itertools
+
 import numpy as np
 import pytest
 from camera_scenes import NIGHT, renderer, snapshot
@@ -10,7 +12,8 @@ from pedcross_env.contracts import ACTOR_DTYPE, Snapshot
 from pedcross_env.env import CrossingEnv
 from pedcross_env.errors import ConfigError
 from pedcross_env.flow import layer_motion_px
-from pedcross_env.layering import Cadence, Pictures, cadences, renders_of
+from pedcross_env.layering import Cadence, Pictures, renders_of
+from pedcross_env.parting import Parting
 from pedcross_env.sensors.dvs_pictures import log_picture
 from pedcross_env.weather import Weather
 
@@ -32,7 +35,7 @@ def last_step(env: CrossingEnv) -> tuple[Snapshot, Snapshot]:
 
 
 def parted(env: CrossingEnv, made: Renderer, instants: int = 30) -> list[Cadence]:
-    return cadences(env.config.camera, made.surroundings, *last_step(env), instants, 1.0)
+    return Parting(env.config.camera, made.surroundings).cadences(*last_step(env), instants, 1.0)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -80,16 +83,48 @@ def test_a_standing_car_leaves_the_scene_whole_or_renders_what_is_far_seldom() -
     env.step(HOLD)
     before, after = last_step(env)
     still = Snapshot(after.time_s, before.ego, after.actors)
-    parts = cadences(env.config.camera, made.surroundings, before, still, 30, 1.0)
+    parting = Parting(env.config.camera, made.surroundings)
+    parts = parting.cadences(before, still, 30, 1.0)
     assert parts[-1].stride >= 8
     turned = before.ego.copy()
     turned["yaw"] = 0.3
-    parts = cadences(
-        env.config.camera, made.surroundings, Snapshot(0.0, turned, before.actors), after, 30, 1.0
-    )
+    parts = parting.cadences(Snapshot(0.0, turned, before.actors), after, 30, 1.0)
     assert len(parts) == 1
     assert parts[0].layer == Layer(NEAREST, FARTHEST, 256, 0, parts[0].layer.actors)
     assert parts[0].layer.actors.all()
+
+
+@pytest.mark.parametrize("most_px", [1.0, 2.5])
+def test_no_layer_moves_farther_between_two_renders_than_allowed(most_px: float) -> None:
+    env, made = street(3)
+    parting, strides = Parting(env.config.camera, made.surroundings), []
+    for _ in range(20):
+        env.step(HOLD)
+        before, after = last_step(env)
+        poses = camera_pose(env.config.camera, before.ego), camera_pose(env.config.camera, after.ego)
+        _, *behind = parting.cadences(before, after, 10, most_px)
+        places = np.array(parting.planes.places_m)
+        motion = layer_motion_px(poses, made.surroundings, before, after, places)
+        for part, px in zip(behind, motion, strict=True):
+            assert part.stride == 1 or part.stride * px / 10 <= most_px
+            strides.append(part.stride)
+    assert max(strides) > 2
+
+
+def test_planes_last_for_some_steps_and_stay_ahead() -> None:
+    env, made = street(0)
+    parting, chosen = Parting(env.config.camera, made.surroundings), []
+    for _ in range(30):
+        env.step(HOLD)
+        before, after = last_step(env)
+        parts = parting.cadences(before, after, 10, 2.5)
+        assert len(parts) == len(parting.planes.places_m) + 1
+        assert min(parting.planes.places_m) > camera_pose(env.config.camera, after.ego).origin[0] + 3.0
+        chosen.append(parting.planes)
+    changes = sum(old != new for old, new in itertools.pairwise(chosen))
+    assert 1 <= changes <= 12
+    going_on = Parting(env.config.camera, made.surroundings, chosen[-2])
+    assert repr(going_on.cadences(before, after, 10, 2.5)) == repr(parts)
 
 
 def test_every_actor_is_of_one_layer_and_layers_cover_the_street() -> None:
