@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pedcross_env.camera.pinhole import camera_pose, project
+from pedcross_env.camera.pinhole import camera_pose
 from pedcross_env.config import CameraConfig
-from pedcross_env.optics import undistort
+from pedcross_env.optics import distort, undistort
 
 __all__ = ["CameraView"]
 
@@ -54,10 +54,7 @@ class CameraView:
         ahead = local[:, 2] > 1e-3
         slopes = local[:, :2] / np.where(ahead, local[:, 2], 1.0)[:, None]
         kept = ahead & ((slopes >= self._low) & (slopes <= self._high)).all(axis=1)
-        seen = project(pose, points.reshape(-1, 3))
-        with np.errstate(invalid="ignore"):
-            inside = (
-                (seen[:, 0] >= 0) & (seen[:, 0] <= self._camera.width_px)
-                & (seen[:, 1] >= 0) & (seen[:, 1] <= self._camera.height_px)
-            )  # fmt: skip
+        x, y = distort(pose.lens, pose.distortion, *slopes.T)
+        u, v = pose.cx + pose.focal_px * x, pose.cy + pose.focal_px * y
+        inside = (u >= 0) & (u <= self._camera.width_px) & (v >= 0) & (v <= self._camera.height_px)
         return (kept & inside).reshape(z.shape).any(axis=1)

@@ -89,6 +89,7 @@ class World:
         self.impact_speed_mps = math.nan
         self.collided_with = 0
         self._now: tuple[EgoState, PedestrianPoses, np.ndarray] | None = None
+        self._positive: tuple[np.ndarray, np.ndarray] | None = None
 
     def _foresee(self) -> None:
         """Find stays and conflicts of all walks as they are known now."""
@@ -160,7 +161,7 @@ class World:
         self._drive.step(self._demand_mps2, steer, end)
         self._traffic.forget(start)
         self._let_others_act(start, end)
-        self._step_start_s, self._now = start, None
+        self._step_start_s, self._now, self._positive = start, None, None
         self._steps += 1
         self._conclude(start, end)
         self._encounters.advance(start, self._pose_time(end), self._drive.front_m)
@@ -261,7 +262,12 @@ class World:
         return Snapshot(time_s=time_s, ego=ego, actors=actors)
 
     def _labelled(self) -> tuple[np.ndarray, np.ndarray]:
-        """(indices, distances) of the pedestrians that make the frame positive, nearest first."""
+        """(indices, distances) of the pedestrians that make the frame positive now, nearest first."""
+        if self._positive is None:
+            self._positive = self._found_positive()
+        return self._positive
+
+    def _found_positive(self) -> tuple[np.ndarray, np.ndarray]:
         time = self._pose_time(self.time_s)
         owners = np.unique(self._stay_owner[(self._stay_start_s <= time) & (time < self._stay_end_s)])
         if owners.size == 0:
