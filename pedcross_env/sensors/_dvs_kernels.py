@@ -9,11 +9,10 @@ import numpy as np
 
 from pedcross_env.camera.kernels.jit import exact_entry, exact_kernel, inlined
 from pedcross_env.sensors._dvs_maths import TILE, add_count, exp_in_place, pack
+from pedcross_env.sensors._fire_kernels import LEAK, SIGNAL, aim, fire, first_source
 
-__all__ = ["BLOCK", "HOT", "LEAK", "SHOT", "SIGNAL", "advance", "follow", "live", "queue"]
+__all__ = ["advance", "follow", "live", "queue"]
 
-SIGNAL, LEAK, SHOT, HOT = 0, 1, 2, 3  # sources of an event, two bits of its sort key
-BLOCK = 4  # events of a pixel are written so many at a time
 _NS = 1e9
 _ZERO, _ONE, _HALF = np.float32(0), np.float32(1), np.float32(0.5)
 _SMALL = np.float32(0.05)  # below this the series is closer than the difference
@@ -69,21 +68,6 @@ def _drifted(drift, fired, leak_per_s, dt_s, out_drift):
     """Add up what leaked since each pixel's last event."""
     for i in range(drift.size):
         out_drift[i] = drift[i] + leak_per_s[i] * dt_s if fired[i] == 0 else _ZERO
-
-
-@exact_kernel
-def _aim(previous, frame, reference, on_step, off_step, leak_per_s, fired, dt, first, gap):
-    """When each pixel meets its next threshold, in ns from the start, and how long it takes to the ones after it."""
-    dt_s = np.float32(dt / _NS)
-    for i in range(frame.size):
-        start = np.float64(previous[i])
-        on, off = on_step[i], off_step[i]
-        step = np.float64(on if fired[i] > 0 else -off)
-        slope = np.float64(frame[i]) - start + np.float64(leak_per_s[i] * dt_s)
-        pace = dt / slope
-        pace = pace if slope * step > 0.0 else 0.0
-        gap[i] = step * pace
-        first[i] = (step - (start - np.float64(reference[i]))) * pace
 
 
 @exact_kernel
@@ -210,38 +194,6 @@ def live(i, pixel, levels, drifts, last_event_s, outs, interval, noise, place, c
     return found, place
 
 
-@inlined
-def _source(on, leaked, drift, on_step):
-    """What a pixel's first event in an interval is put down to."""
-    return LEAK if on and leaked > _ZERO and drift + leaked >= _HALF * on_step else SIGNAL
-
-
-@exact_kernel
-def _fire(begin, chosen, fired, first, gap, marks, dt, keys, bits, found):
-    """Write the events of a tile's chosen pixels, BLOCK of each at a time: what is too much, the next overwrites."""
-    leak, dt_s, on_step, drifts = marks
-    end, bits, room = dt - 1.0, np.uint64(bits), keys.size
-    for h in range(chosen.size):
-        k = np.uint64(chosen[h])
-        number, on = abs(fired[k]), fired[k] > 0
-        if found + number + BLOCK > room:  # counted, not kept
-            found += number
-            continue
-        t, step = first[k], gap[k]
-        low = ((np.uint64(begin) + k) << np.uint64(3)) | (np.uint64(on) << np.uint64(2))
-        at, stop = np.uint64(found), np.uint64(found + number)
-        while at < stop:
-            for m in range(BLOCK):
-                keys[at + np.uint64(m)] = (np.uint64(np.int64(min(max(t, 0.0), end))) << bits) | low
-                t += step
-            at += np.uint64(BLOCK)
-        leaked = leak[k] * dt_s
-        if leaked > _ZERO:
-            keys[np.uint64(found)] |= np.uint64(_source(on, leaked, drifts[k], on_step[k]))
-        found += number
-    return found
-
-
 @exact_kernel
 def _mark_slow(begin, n, place, noise_pixel, last_event_s, t0_s, refractory_s, slow):
     """Mark the pixels of a tile to be followed: those with noise, and those still held; whether there are any."""
@@ -270,13 +222,13 @@ def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts,
         interval: Start in ns, length in ns (float64), refractory period in ns (float64).
         noise: Pixels (int32), times from the start in ns (float64) and codes (source, 4 for ON) of events, sorted.
         counts: (N, 2) to be added to, or (0, 2) where ``keys`` are wanted.
-        keys: uint64; more than fit, with BLOCK to spare, are counted, not kept. bits: those below the time.
-        work: (TILE,) of int32, uint8 and int32; (2, TILE) float64; (3, TILE) float32.
+        keys: uint64; more than fit, with LANES to spare, are counted, not kept. bits: those below the time.
+        work: (TILE,) of int32, uint8 and int32; (2, TILE) float64; (3, TILE) float32; then fire's.
     """
     previous, frame, reference = images
     out_reference, _, out_drift = outs
     t0_ns, dt, refractory = interval
-    fired_work, slow, chosen, times, steps = work
+    fired_work, slow, chosen, times, steps, line = work
     shared, counting = levels[0].size == 1, counts.shape[0] > 0
     if shared:
         for i in range(TILE):
@@ -324,7 +276,7 @@ def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts,
         if counting and refractory == 0:
             found += _tally(chosen[:hits], fired, counts[begin:stop], top)
             continue
-        _aim(
+        aim(
             previous[begin:stop],
             frame[begin:stop],
             reference[begin:stop],
@@ -338,13 +290,13 @@ def advance(images, levels, drifts, last_event_s, outs, interval, noise, counts,
         )
         if refractory == 0:
             marks = (leak, dt_s, on_step, drifts[begin:stop] if drifts.size > 0 else drifts)
-            found = _fire(begin, chosen[:hits], fired, first, gap, marks, dt, keys, bits, found)
+            found = fire(begin, chosen[:hits], fired, first, gap, marks, dt, keys, bits, found, line)
             continue
         for h in range(hits):
             k = chosen[h]
             i, on = begin + k, fired[k] > 0
             leaked = leak[k] * dt_s
-            source = _source(on, leaked, drifts[i] if leaked > _ZERO else _ZERO, on_step[k])
+            source = first_source(on, leaked, drifts[i] if leaked > _ZERO else _ZERO, on_step[k])
             start = np.float64(previous[i])
             found = _held_after(
                 i, first[k], gap[k], dt, start, np.float64(frame[i]) - start, np.float64(leaked),

@@ -24,7 +24,6 @@ __all__ = [
     "normal",
     "pack",
     "spread",
-    "unpack",
 ]
 
 TILE = 256
@@ -126,23 +125,3 @@ def pack(t_ns: int, index: int, on: bool, source: int, bits: int) -> np.uint64:
     """Pack time since the last frame, pixel, polarity and source: sorted keys are events sorted by (t, y, x, pol)."""
     low = (np.uint64(index) << np.uint64(3)) | (np.uint64(on) << np.uint64(2)) | np.uint64(source)
     return (np.uint64(t_ns) << np.uint64(bits)) | low
-
-
-@njit(cache=True, error_model="numpy")
-def unpack(keys: np.ndarray, bits: int, width: int, t0_ns: int, events: np.ndarray) -> None:
-    """Write sort keys out as event records."""
-    mask = (np.uint64(1) << np.uint64(bits)) - np.uint64(1)
-    # index // width = (index ceil(2^shift / width)) >> shift, exactly, for 31 bits (Granlund and Montgomery, 1994)
-    shift, across = np.uint64(31), np.uint64(width)
-    while (np.uint64(1) << (shift - np.uint64(31))) < across:
-        shift += np.uint64(1)
-    factor = ((np.uint64(1) << shift) + across - np.uint64(1)) // across
-    for k in range(keys.size):
-        key = keys[k]
-        index = (key & mask) >> np.uint64(3)
-        row = (index * factor) >> shift
-        event = events[k]
-        event["x"] = index - row * across
-        event["y"] = row
-        event["t"] = t0_ns + np.int64(key >> np.uint64(bits))
-        event["pol"] = (key & np.uint64(4)) != np.uint64(0)

@@ -11,7 +11,7 @@ import numpy as np
 
 from pedcross_env.camera.kernels.jit import exact_entry, inlined
 from pedcross_env.hashing import combine, unit
-from pedcross_env.sensors._dvs_kernels import HOT, SHOT
+from pedcross_env.sensors._fire_kernels import HOT, SHOT
 
 __all__ = ["MOST_BY_THRESHOLD", "draw_noise"]
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from pedcross_env.camera.kernels.jit import exact_entry, exact_kernel
 from pedcross_env.hashing import combine, unit
-from pedcross_env.sensors._dvs_kernels import LEAK, SHOT, SIGNAL
 from pedcross_env.sensors._dvs_maths import add_count, pack
+from pedcross_env.sensors._fire_kernels import LEAK, SHOT, SIGNAL
 
 __all__ = ["advance", "follow", "intensity", "mark_shots"]
 

@@ -29,7 +29,8 @@ from pedcross_env.sensors import _dvs_kernels as ours
 from pedcross_env.sensors import _dvs_maths as maths
 from pedcross_env.sensors import _noise_kernels as noise_kernels
 from pedcross_env.sensors import _v2e_kernels as v2e
-from pedcross_env.sensors._event_order import in_order
+from pedcross_env.sensors._event_order import array_of, in_order, write, write_in_order
+from pedcross_env.sensors._fire_kernels import LADDER, LANES
 from pedcross_env.sensors.dvs_config import DvsConfig
 from pedcross_env.sensors.dvs_state import FRAME_STREAMS, NO_LABELS, DvsState, check_frame, initial_state
 from pedcross_env.sensors.intensity import log_luminance
@@ -60,7 +61,7 @@ def _index_bits(pixels: int) -> int:
 def _run(
     state: DvsState, log_frame: np.ndarray, time_ns: int, config: DvsConfig, counts: np.ndarray
 ) -> tuple[DvsState, np.ndarray]:
-    """Advance by one frame; add to ``counts`` if it has rows, else return sorted keys of the events."""
+    """Advance by one frame; add to ``counts`` if it has rows, else return the events' sort keys, in any order."""
     log_frame = check_frame(log_frame, state.log_frame.shape)
     require(time_ns > state.time_ns, "time_ns", time_ns, f"later than the previous frame's {state.time_ns}")
     longest = 1 << (62 - _index_bits(log_frame.size))
@@ -71,10 +72,10 @@ def _run(
     advanced, found = run(state, log_frame, int(time_ns), config, counts, keys)
     if len(counts):
         return advanced, _NO_KEYS
-    if found + ours.BLOCK > keys.size:
-        keys = np.empty(found + ours.BLOCK, np.uint64)
+    if found + LANES > keys.size:
+        keys = array_of(found + LANES, np.uint64)
         advanced, found = run(state, log_frame, int(time_ns), config, counts, keys)
-    return advanced, in_order(keys[:found])
+    return advanced, keys[:found]
 
 
 def _run_ours(
@@ -88,6 +89,8 @@ def _run_ours(
     work = (
         *(np.empty(maths.TILE, kind) for kind in (np.int32, np.uint8, np.int32)),
         np.empty((2, maths.TILE)), np.empty((3, maths.TILE), np.float32),
+        (np.empty((2, LADDER + 1), np.int32), np.empty(maths.TILE, np.int32), np.empty((2, maths.TILE)),
+         np.empty(maths.TILE, np.uint64)),
     )  # fmt: skip
     dt_ns = float(time_ns - state.time_ns)
     photoreceptor = log_frame
@@ -217,10 +220,14 @@ def _events(
 ) -> tuple[DvsState, np.ndarray, np.ndarray]:
     start_ns = state.time_ns
     state, keys = _run(state, log_frame, time_ns, config, _NO_COUNTS)
-    state, keys = _read_out(state, keys, start_ns, config)
-    bits = _index_bits(log_frame.size)
-    events = np.empty(keys.size, EVENT_DTYPE)
-    maths.unpack(keys, bits, log_frame.shape[1], start_ns, events)
+    bits, width = _index_bits(log_frame.size), log_frame.shape[1]
+    if config.bus_events_per_s is None and not labelled:
+        events = array_of(keys.size, EVENT_DTYPE)
+        write_in_order(keys, bits, width, start_ns, events)
+        return state, events, NO_LABELS
+    state, keys = _read_out(state, in_order(keys), start_ns, config)
+    events = array_of(keys.size, EVENT_DTYPE)
+    write(keys, bits, width, start_ns, events)
     labels = _labels(keys, bits, causes) if labelled else NO_LABELS
     if config.bus_events_per_s is None:
         return state, events, labels

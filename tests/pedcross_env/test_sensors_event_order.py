@@ -7,8 +7,8 @@ import pytest
 from dvs_movies import STEP_NS, config, f32, smooth_sequence
 
 from pedcross_env.contracts import EVENT_DTYPE
-from pedcross_env.sensors import _event_order
-from pedcross_env.sensors._event_order import in_order
+from pedcross_env.sensors import _event_order, _fire_kernels
+from pedcross_env.sensors._event_order import in_order, write_in_order
 from pedcross_env.sensors.dvs import initial_state, step, step_labelled
 
 
@@ -19,7 +19,8 @@ def keys_of(name: str) -> np.ndarray:
         "none": spread[:0],
         "few": spread[:100],
         "many": spread,
-        "all in one row": spread & np.uint64(2**32 - 1),
+        "close together": spread & np.uint64(2**32 - 1),
+        "all the same": np.full(60_000, 12_345_678_901, np.uint64),
         "most in one row": np.concatenate([spread[:20_000], spread[20_000:] % np.uint64(2**32)]),
         "each in its own row": np.arange(60_000, dtype=np.uint64)[::-1] << np.uint64(32),
         "far apart": spread << np.uint64(20),
@@ -28,14 +29,27 @@ def keys_of(name: str) -> np.ndarray:
     }[name]
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["none", "few", "many", "all in one row", "most in one row", "each in its own row", "far apart",
-     "the largest lower halves", "equal ones"],
-)  # fmt: skip
+KEYS = ["none", "few", "many", "close together", "most in one row", "each in its own row", "far apart",
+        "the largest lower halves", "equal ones", "all the same"]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", KEYS)
 def test_keys_are_sorted(name: str) -> None:
     keys = keys_of(name)
     np.testing.assert_array_equal(in_order(keys.copy()), np.sort(keys))
+
+
+@pytest.mark.parametrize("name", KEYS)
+def test_keys_are_written_in_order(name: str) -> None:
+    keys = keys_of(name)
+    events = np.empty(keys.size, EVENT_DTYPE)
+    write_in_order(keys.copy(), 20, 300, 5, events)
+    ordered = np.sort(keys).astype(object)
+    expected = [(key >> 3 & 0x1FFFF) % 300 for key in ordered]
+    assert events["x"].tolist() == expected
+    assert events["y"].tolist() == [(key >> 3 & 0x1FFFF) // 300 for key in ordered]
+    assert events["t"].tolist() == [5 + (key >> 20) for key in ordered]
+    assert events["pol"].tolist() == [bool(key & 4) for key in ordered]
 
 
 def test_many_keys_are_dealt_into_rows(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -43,9 +57,9 @@ def test_many_keys_are_dealt_into_rows(monkeypatch: pytest.MonkeyPatch) -> None:
     dealt = []
     deal = _event_order._deal
     monkeypatch.setattr(_event_order, "_deal", lambda *arrays: (dealt.append(arrays[0].size), deal(*arrays)))
-    for name in ("few", "many", "each in its own row", "most in one row", "far apart"):
+    for name in ("few", "many", "close together", "each in its own row", "most in one row", "far apart"):
         in_order(keys_of(name))
-    assert dealt == [60_000, 60_000]
+    assert dealt == [60_000, 60_000, 60_000]
 
 
 def scalar_events(
@@ -71,7 +85,7 @@ def test_events_equal_those_of_pixels_followed_one_by_one(threshold: float) -> N
     """To the byte, in order and in full, where there are too many for the room first made as where there are few."""
     movie, camera = 2 * smooth_sequence(6, frames=4, shape=(60, 91)), config(threshold)
     state = initial_state(movie[0], 0, camera, 0)
-    numbers = []
+    numbers, most = [], 0
     for k, frame in enumerate(movie[1:]):
         expected = scalar_events(movie[k], frame, state.reference, threshold)
         expected["t"] += k * STEP_NS
@@ -80,7 +94,9 @@ def test_events_equal_those_of_pixels_followed_one_by_one(threshold: float) -> N
         assert events.tobytes() == expected.tobytes()
         assert labelled.tobytes() == expected.tobytes()
         numbers.append(len(events))
+        most = max(most, np.unique(events[["x", "y"]], return_counts=True)[1].max())
     assert max(numbers) > {0.01: 6 * 60 * 91, 0.02: _event_order._FEW, 0.3: 0}[threshold]
+    assert threshold > 0.01 or most > _fire_kernels.LADDER
 
 
 @pytest.mark.parametrize("width", [1, 2, 3, 255, 256, 257, 1000, 65_535])
