@@ -1,10 +1,11 @@
-"""User CPU milliseconds per 450 x 256 frame of the event camera, and of v2e on the same frames where it is installed.
+"""CPU milliseconds per 450 x 256 frame of the event camera, and of v2e on the same frames where it is installed.
 
     python benchmarks/dvs.py [--repeats 5]
 
 A texture slides sideways by a pixel per frame, 3 1/3 ms apart ("full motion"), or stands still. Two ways are timed:
 ``step_counts`` counts the events per pixel and polarity, as the environment does unless raw events are asked for;
-``step`` makes them, sorted by time. Least of several passes, the process's user CPU time, one thread.
+``step`` makes them, sorted by time. Least of several passes of the process's CPU time, what the system spends on fresh
+memory included; one thread.
 
 v2e (github.com/SensorsINI/v2e) is used if ``import v2ecore`` works: install it and its dependencies beside this
 package. It gets the same frames as 8-bit grey, on one thread of the CPU, and makes its (N, 4) float32 events.
@@ -18,7 +19,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from machine import cpu_name, user_s
+from machine import cpu_name, cpu_s
 
 from pedcross_env.sensors import DvsConfig, dvs_preset, initial_state, log_luminance, step, step_counts
 from pedcross_env.sensors.dvs import DvsState
@@ -64,14 +65,14 @@ def moving_scene(shift_px_per_frame: float) -> list[np.ndarray]:
 
 
 def milliseconds(play: Callable[[], Iterator[None]], repeats: int) -> float:
-    """Least user CPU time per frame; the first frame, which only starts the camera, is not counted."""
+    """Least CPU time per frame; the first frame, which only starts the camera, is not counted."""
     best = np.inf
     for _ in range(repeats):
         run = play()
         next(run)
-        start = user_s()
+        start = cpu_s()
         frames = sum(1 for _ in run)
-        best = min(best, (user_s() - start) / frames)
+        best = min(best, (cpu_s() - start) / frames)
     return 1e3 * float(best)
 
 
@@ -125,7 +126,7 @@ def main() -> None:
     )
     parser.add_argument("--repeats", type=int, default=5, help="passes over 60 frames; the least counts")
     repeats = parser.parse_args().repeats
-    print(f"CPU: {cpu_name()}; {SHAPE[1]}x{SHAPE[0]}, user CPU ms per frame")
+    print(f"CPU: {cpu_name()}; {SHAPE[1]}x{SHAPE[0]}, CPU ms per frame")
     with_v2e = v2e_is_here()
     scenes = {"full motion": moving_scene(1.0), "static": [moving_scene(0.0)[0]] * FRAMES}
     titles = ("events", "counts", "step", "bar", "v2e", "v2e/step")
@@ -145,9 +146,9 @@ def main() -> None:
     luminance = np.exp(scenes["full motion"][0])
     best = np.inf
     for _ in range(200):
-        start = user_s()
+        start = cpu_s()
         log_luminance(luminance, 0.01)
-        best = min(best, user_s() - start)
+        best = min(best, cpu_s() - start)
     print(f"ln(luminance), once per frame before: {1e3 * best:.2f} ms")
 
 

@@ -1,14 +1,13 @@
-"""The machine that a benchmark runs on, as its first line names it, and its clocks of CPU time."""
+"""The machine that a benchmark runs on, as its first line names it, and its clock of CPU time."""
 
 from __future__ import annotations
 
 import os
 import platform
-import resource
 import time
 from pathlib import Path
 
-__all__ = ["cpu_name", "cpu_s", "user_s"]
+__all__ = ["cpu_name", "cpu_s"]
 
 
 def cpu_name() -> str:
@@ -24,11 +23,3 @@ def cpu_name() -> str:
 def cpu_s() -> float:
     """CPU seconds of this process, the system's for it included: exact to a microsecond."""
     return time.process_time()
-
-
-def user_s() -> float:
-    """User CPU seconds of this process: what the system spends on fresh memory is not in it.
-
-    The system tells them from its own by samples some milliseconds apart: sum up a second or more.
-    """
-    return resource.getrusage(resource.RUSAGE_SELF).ru_utime
