@@ -42,7 +42,7 @@ def environment(constant: np.ndarray, pose: CameraPose, ego: np.ndarray, light: 
     env = constant.copy()
     env[at.ENV_SUN_DIRECTION : at.ENV_SUN_DIRECTION + 3] = pose.turned(light.sun_direction.tolist())
     env[at.ENV_UP : at.ENV_UP + 3] = pose.rotation[:, 2]
-    if light.beam_on or ego["headlight"] > 0:
+    if light.beam_on or float(ego["headlight"]) > 0:
         env[at.ENV_BEAM] = 1.0
         env[at.ENV_BEAM_POSITION : at.ENV_BEAM_POSITION + 12] = beam_place(pose, ego)
     return env

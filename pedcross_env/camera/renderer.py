@@ -282,7 +282,7 @@ class Renderer:
         env = environment(constant, pose, snapshot.ego, light)
         lamps = self._lamps(pose, self._scenery, light)
         beams = others_beams(pose, snapshot.actors, light)
-        self._table = self._tables[int(snapshot.ego["headlight"] > 1)]
+        self._table = self._tables[int(float(snapshot.ego["headlight"]) > 1)]
         return _Moment(pose, light, env, lamps, beams, self._stage.at(snapshot, pose.origin))
 
     def _draw(
@@ -412,7 +412,7 @@ class Renderer:
         )  # fmt: skip
 
     def _lamps(self, pose: CameraPose, scenery: Scenery, light: Light) -> np.ndarray:
-        if light.lamp_lx.sum() <= 0:
+        if not any(light.lamp_lx.tolist()):
             return np.zeros((0, 3))
         near = np.abs(scenery.lamps[:, 0] - pose.origin[0]) < LAMP_RANGE_M
         return np.ascontiguousarray(np.einsum("ij,nj->ni", pose.rotation, scenery.lamps[near] - pose.origin))

@@ -34,6 +34,7 @@ class Shade:
         light: With a sun that shines, or without: then nothing is shaded.
 
     Attributes:
+        walls: Those that shade, and the sun, as kernels.shade takes them.
         groups: (G,) shares of the static groups that the sun reaches.
         panels: (P,) of facades.
         props: (R,) of furniture; roofs rise above all shade.
@@ -47,6 +48,7 @@ class Shade:
         if light.sun_lx[1] > 0 and across > 1e-6:
             self._sun = np.array([x / across, y / across, rise / across])
             self._walls = _casting(scenery.panels, self._sun)
+        self.walls = self._walls, self._sun
         self._polygons, self._info = _on_ground(self._walls, sun_shear(light.sun_direction))
         groups, props = scenery.groups, scenery.props
         crowned = groups[:, 7] >= 0

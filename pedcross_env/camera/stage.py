@@ -7,13 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pedcross_env.camera.actor_tables import ActorTables, Cast
-from pedcross_env.camera.kernels.shade import shrink_far
-from pedcross_env.camera.kernels.shadows import (
-    CAPSULES_PER_ACTOR,
-    MAX_EDGES,
-    POLYGONS_PER_ACTOR,
-    cast_shadows,
-)
+from pedcross_env.camera.kernels.shadows import CAPSULES_PER_ACTOR, MAX_EDGES, POLYGONS_PER_ACTOR
+from pedcross_env.camera.kernels.stage import set_stage
 from pedcross_env.camera.light import Light
 from pedcross_env.camera.scenery import Scenery, sun_shear, tree_shadow_capsules
 from pedcross_env.camera.shade import Shade
@@ -41,17 +36,15 @@ class Staged(NamedTuple):
 
 
 class _Near(NamedTuple):
-    """What is near one cell of the street, and who is shown with it: all that does not change from moment to moment."""
+    """What is near one cell of the street, and who is shown with it, in tables that ``set_stage`` takes."""
 
     shown: np.ndarray
     cast: Cast
-    props: np.ndarray
-    lasting: np.ndarray
     sunlit: np.ndarray
-    polygons: np.ndarray
-    info: np.ndarray
-    capsules: np.ndarray
-    still: tuple[int, int]  # shadows of houses and of trees, which come first
+    furniture: np.ndarray
+    fading: tuple[np.ndarray, float, float]
+    everyone: tuple[np.ndarray, np.ndarray, np.ndarray]
+    shadows: tuple[np.ndarray, np.ndarray, int, np.ndarray, int]
 
 
 class Stage:
@@ -66,8 +59,9 @@ class Stage:
 
     def __init__(self, scenery: Scenery, shade: Shade, light: Light, actors: ActorTables) -> None:
         self._props, self._shade, self._actors = scenery.props, shade, actors
-        self._sunny = bool(light.sun_lx[1] > 0)
-        self._shear = sun_shear(light.sun_direction) if self._sunny else (0.0, 0.0)
+        sunny = bool(light.sun_lx[1] > 0)
+        shear = sun_shear(light.sun_direction) if sunny else (0.0, 0.0)
+        self._sunlight = (*shade.walls, shear, sunny)
         self._trees = tree_shadow_capsules(scenery.tree_shadows, light.sun_direction)
         if light.sun_lx.sum() <= 0:
             self._trees = self._trees[:0]
@@ -81,27 +75,28 @@ class Stage:
             camera: (3,) its place.
         """
         # the ego is not seen from its own camera, but its shadow is
-        records = (
-            snapshot.actors.tobytes() + snapshot.ego.tobytes()
-        )  # a fortieth of the time numpy takes to join records
-        everyone = self._actors.of(np.frombuffer(records, ACTOR_DTYPE))
-        n = len(snapshot.actors)
+        # a fortieth of the time numpy takes to join records, and can be written to, which kernels are called quicker for
+        records = np.frombuffer(bytearray(snapshot.actors.tobytes() + snapshot.ego.tobytes()), np.uint8)
         cell = int(camera[0] // CELL_M), int(camera[1] // CELL_M)
         near = self._known.get(cell)
-        if near is None or near.shown is not everyone.idents:
-            near = self._known[cell] = self._near(everyone, cell)
-        numbers, (houses, trees) = near.cast.numbers, near.still
-        numbers[:n] = everyone.numbers[:n]
-        shrink_far(near.props, near.lasting, camera, FURNITURE_RANGE_M, FURNITURE_FADE_M, numbers[n:])
-        near.sunlit[:n] = self._shade.on_actors(numbers[:n])
-        polygons, capsules = cast_shadows(
-            everyone.numbers, everyone.idents[:, 1], everyone.builds, self._shear, self._sunny, near.polygons, near.info, houses,
-            near.capsules, trees,
-        )  # fmt: skip
-        shadows = near.polygons[:polygons], near.info[:polygons], near.capsules[:capsules]
-        return Staged(near.cast, near.sunlit, shadows)
+        counts = (-1, -1) if near is None else self._set(records, near, camera)
+        if near is None or counts[0] < 0:
+            everyone = self._actors.of(records.view(ACTOR_DTYPE))
+            near = self._known[cell] = self._near(everyone, records, cell)
+            counts = self._set(records, near, camera)
+        polygons, info, _, capsules, _ = near.shadows
+        return Staged(
+            near.cast, near.sunlit, (polygons[: counts[0]], info[: counts[0]], capsules[: counts[1]])
+        )
 
-    def _near(self, everyone: Cast, cell: tuple[int, int]) -> _Near:
+    def _set(self, records: np.ndarray, near: _Near, camera: np.ndarray) -> tuple[int, int]:
+        polygons, capsules = set_stage(
+            records, near.shown, near.furniture, near.fading, camera, self._sunlight, near.everyone,
+            (near.cast.numbers, near.sunlit), near.shadows,
+        )  # fmt: skip
+        return polygons, capsules
+
+    def _near(self, everyone: Cast, records: np.ndarray, cell: tuple[int, int]) -> _Near:
         props, n = self._props, len(everyone.idents) - 1
         low = np.array(cell) * CELL_M
         beyond = np.maximum(0.0, np.maximum(low - props.numbers[:, :2], props.numbers[:, :2] - low - CELL_M))
@@ -122,5 +117,7 @@ class Stage:
         capsules[: len(trees)] = trees
         sunlit = np.concatenate([np.ones(n), self._shade.props[seen]])
         return _Near(
-            everyone.idents, cast, numbers, lasting[seen].astype(np.float64), sunlit, polygons, info, capsules, (len(houses), len(trees)),
+            records, cast, sunlit, numbers, (lasting[seen].astype(np.float64), FURNITURE_RANGE_M, FURNITURE_FADE_M),
+            (everyone.numbers, everyone.idents[:, 1].copy(), everyone.builds),
+            (polygons, info, len(houses), capsules, len(trees)),
         )  # fmt: skip

@@ -61,7 +61,7 @@ def sunlit_actors(walls, sun, numbers, shares):
         shares[i] = _sunlit_share(walls, sun, a[0], a[1], a[2], top, 0.5 * max(a[6], a[7]))
 
 
-@entry
+@kernel
 def shrink_far(numbers, lasting, camera, range_m, fade_m, out):
     """Copy furniture, (N, 14) as kernels.scene, that shrinks to nothing at ``range_m`` from the camera rather than pop up.
 
