@@ -198,7 +198,7 @@ class Renderer:
         pose = moment.pose
         channels = 1 if luminance_only else 3
         shape = (pose.height_px, pose.width_px)
-        out = np.zeros((channels, *shape), np.float32)
+        out = np.empty((channels, *shape), np.float32)
         # A wet road mirrors and a tunnel hides by depth; the general ground kernel always fills it.
         by_depth = self._weather.wetness > 0 or self._tunnel is not None or self._free is not None
         owners = by_depth or not luminance_only
@@ -263,11 +263,7 @@ class Renderer:
         seen = []
         for layer in layers:
             shape = min(layer.rows, moment.pose.height_px), moment.pose.width_px
-            if passing:
-                out = _part(self._passing, (1, *shape))
-                out.fill(0)
-            else:
-                out = np.zeros((1, *shape), np.float32)
+            out = _part(self._passing, (1, *shape)) if passing else np.empty((1, *shape), np.float32)
             self._draw(moment, layer, out, *self._nobody, False, UNFINISHED)
             cover = _part(self._canvas[0], shape)[: layer.ground_row]
             seen.append(Seen(out[0], cover if passing else cover.copy()))
@@ -300,7 +296,7 @@ class Renderer:
         Args:
             moment: What is seen.
             layer: Which part of it.
-            out: (C, h, W) zeros: radiance or luminance of the picture's upper rows.
+            out: (C, h, W), filled: radiance or luminance of the picture's upper rows.
             depth: (h, W), filled with 1 / m if ``owners``.
             ids: (h, W), filled if ``owners``.
             owners: Whether to fill depth and ids.
@@ -311,8 +307,6 @@ class Renderer:
         scenery, (channels, height, width) = self._scenery, out.shape
         size, optics, xs = (height, width), (pose.focal_px, pose.cx, pose.cy), self._xs
         alpha, nearest, weight = (_part(plane, size) for plane in self._canvas)
-        if owners:
-            weight.fill(0)
         draw_scene(
             in_layer(cast, layer), *cast[1:],
             self._vehicles, self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
@@ -420,7 +414,7 @@ class Renderer:
 
 def _part(plane: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     """The beginning of a plane's memory as a smaller plane, whose rows follow each other closely."""
-    return plane.reshape(-1)[: math.prod(shape)].reshape(shape)
+    return plane if plane.shape == shape else plane.reshape(-1)[: math.prod(shape)].reshape(shape)
 
 
 def _beam_tables() -> np.ndarray:

@@ -27,7 +27,7 @@ from pedcross_env.camera.kernels.lighting import (
     ENV_WET,
     sky_radiance,
 )  # fmt: skip
-from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus, fill_row, free_row
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus, fill_row, free_row, settle_row
 
 __all__ = ["FAR_M", "INV_PI", "KERB", "WHITE", "draw_ground_and_sky"]
 
@@ -322,8 +322,8 @@ def draw_ground_and_sky(
         clouds: See kernels.clouds.add_clouds; with a texture without rows there are none.
         optics: (focal, cx, cy).
         xs: (W,) pixel centres.
-        rows: (from, to) that are filled.
-        frame: (out (C, H, W), alpha, weight, depth inverse, ids).
+        rows: (from, to) that are filled; above them objects are left alone.
+        frame: (out (C, H, W), alpha, weight, depth inverse, ids) from ``draw_scene``.
         owners: Whether to fill the last three.
         luminance: (H, W) to finish depth and luminance row by row, while they are in the cache; without rows: not yet.
         work: ((3,), (T + 1,) and (18,) floats; (4,) int64 kinds and (4, 3) weights of lights).
@@ -350,8 +350,15 @@ def draw_ground_and_sky(
     cloudy = INT(0)
     if clouds[0].shape[1] > 0:
         cloudy = cloudy_rows(rotation, optics, out.shape[1], out.shape[2])
+    for row in range(rows[0]):
+        for c in range(out.shape[0]):
+            settle_row(alpha[row], out[c, row])
     for row in range(rows[0], rows[1]):
         a, b = free_row(alpha[row], free)
+        for c in range(out.shape[0]):
+            settle_row(alpha[row, a:b], out[c, row, a:b])
+        if owners:
+            settle_row(alpha[row, a:b], weight[row, a:b])
         share = np.float32(min(1.0, max(0.0, row + 1.0 - horizon)))
         if b > a and share > 0:
             y = 0.5 * (max(horizon, row + 0.0) + row + 1.0)

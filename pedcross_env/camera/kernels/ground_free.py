@@ -27,7 +27,7 @@ from pedcross_env.camera.kernels.lighting import (
     ENV_WET,
     sky_radiance,
 )  # fmt: skip
-from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus, fill_row, free_row
+from pedcross_env.camera.kernels.rows import F0, F1, HALF, exp_minus, fill_row, free_row, settle_row
 from pedcross_env.camera.kernels.street_profile import grain_of_row, ground_at, place_on_street
 
 __all__ = ["draw_ground_and_sky_freely"]
@@ -343,6 +343,9 @@ def draw_ground_and_sky_freely(
     free = buf[FREE]
     for row in range(size[0]):
         a, b = free_row(alpha[row], free)
+        for c in range(out.shape[0]):
+            settle_row(alpha[row, a:b], out[c, row, a:b])
+        settle_row(alpha[row, a:b], weight[row, a:b])
         if b <= a:
             continue
         yn = (row + 0.5 - cy) / focal

@@ -20,6 +20,7 @@ __all__ = [
     "mean_depths",
     "merge_row",
     "nearness",
+    "settle_row",
 ]
 
 F0, F1, HALF = np.float32(0), np.float32(1), np.float32(0.5)
@@ -67,6 +68,14 @@ def fill_row(value, out):
     """Set a row."""
     for i in range(out.shape[0]):
         out[i] = value
+
+
+@kernel
+def settle_row(alpha, plane):
+    """Clear what objects do not cover, which holds anything until then: planes are not cleared before they are drawn in."""
+    for i in range(plane.shape[0]):
+        value = plane[i]
+        plane[i] = value if alpha[i] > F0 else F0
 
 
 @kernel
@@ -208,14 +217,17 @@ def _over_grey(new, inverse_new, passed, colour, air, alpha, nearest, plane):
     # ``nearest`` is multiplied by ``alpha``, as radiance is: nothing has to be divided
     for i in range(alpha.shape[0]):
         a, v, old, kept_inverse = new[i], inverse_new[i], alpha[i], nearest[i]
+        held = old > F0
+        kept_inverse = kept_inverse if held else F0
         nearer = v * old > kept_inverse
         back = F1 - a if nearer else F1
         front = F1 if nearer else F1 - old
-        share, kept = a * front, old * back
+        share, rest = a * front, old * back
         t = passed[i]
-        plane[i] = plane[i] * back + colour[i] * (front * t) + share * (F1 - t) * air
+        kept = plane[i]
+        plane[i] = (kept if held else F0) * back + colour[i] * (front * t) + share * (F1 - t) * air
         nearest[i] = kept_inverse * back + v * share
-        alpha[i] = kept + share
+        alpha[i] = rest + share
         new[i] = F0
         inverse_new[i] = F0
         colour[i] = F0
@@ -226,13 +238,16 @@ def _over_grey_clearly(new, inverse_new, colour, alpha, nearest, plane):
     """The same where the air takes and adds nothing."""
     for i in range(alpha.shape[0]):
         a, v, old, kept_inverse = new[i], inverse_new[i], alpha[i], nearest[i]
+        held = old > F0
+        kept_inverse = kept_inverse if held else F0
         nearer = v * old > kept_inverse
         back = F1 - a if nearer else F1
         front = F1 if nearer else F1 - old
-        share, kept = a * front, old * back
-        plane[i] = plane[i] * back + colour[i] * front
+        share, rest = a * front, old * back
+        kept = plane[i]
+        plane[i] = (kept if held else F0) * back + colour[i] * front
         nearest[i] = kept_inverse * back + v * share
-        alpha[i] = kept + share
+        alpha[i] = rest + share
         new[i] = F0
         inverse_new[i] = F0
         colour[i] = F0
@@ -241,10 +256,11 @@ def _over_grey_clearly(new, inverse_new, colour, alpha, nearest, plane):
 @kernel
 def _own(new, inverse_new, alpha, nearest, ident, weight, depth, ids):
     for i in range(alpha.shape[0]):
-        a, v = new[i], inverse_new[i]
-        nearer = v * alpha[i] > nearest[i]
-        share = a if nearer else a * (F1 - alpha[i])
-        held = weight[i] * (F1 - a) if nearer else weight[i]
+        a, v, old, inverse, had = new[i], inverse_new[i], alpha[i], nearest[i], weight[i]
+        nearer = v * old > (inverse if old > F0 else F0)
+        share = a if nearer else a * (F1 - old)
+        had = had if old > F0 else F0
+        held = had * (F1 - a) if nearer else had
         owns = share > held
         ids[i] = ident if owns else ids[i]
         depth[i] = v if owns else depth[i]
@@ -256,17 +272,22 @@ def _over_colour(new, inverse_new, passed, red, green, blue, air, alpha, nearest
     air0, air1, air2 = air[0], air[1], air[2]
     for i in range(alpha.shape[0]):
         a, v, old, kept_inverse = new[i], inverse_new[i], alpha[i], nearest[i]
+        held = old > F0
+        kept_inverse = kept_inverse if held else F0
         nearer = v * old > kept_inverse
         back = F1 - a if nearer else F1
         front = F1 if nearer else F1 - old
-        share, kept = a * front, old * back
+        share, rest = a * front, old * back
         t = passed[i]
         through, haze = front * t, share * (F1 - t)
-        plane0[i] = plane0[i] * back + red[i] * through + haze * air0
-        plane1[i] = plane1[i] * back + green[i] * through + haze * air1
-        plane2[i] = plane2[i] * back + blue[i] * through + haze * air2
+        kept0 = plane0[i]
+        plane0[i] = (kept0 if held else F0) * back + red[i] * through + haze * air0
+        kept1 = plane1[i]
+        plane1[i] = (kept1 if held else F0) * back + green[i] * through + haze * air1
+        kept2 = plane2[i]
+        plane2[i] = (kept2 if held else F0) * back + blue[i] * through + haze * air2
         nearest[i] = kept_inverse * back + v * share
-        alpha[i] = kept + share
+        alpha[i] = rest + share
         new[i] = F0
         inverse_new[i] = F0
         red[i] = F0
@@ -279,15 +300,20 @@ def _over_colour_clearly(new, inverse_new, red, green, blue, alpha, nearest, pla
     """The same where the air takes and adds nothing."""
     for i in range(alpha.shape[0]):
         a, v, old, kept_inverse = new[i], inverse_new[i], alpha[i], nearest[i]
+        held = old > F0
+        kept_inverse = kept_inverse if held else F0
         nearer = v * old > kept_inverse
         back = F1 - a if nearer else F1
         front = F1 if nearer else F1 - old
-        share, kept = a * front, old * back
-        plane0[i] = plane0[i] * back + red[i] * front
-        plane1[i] = plane1[i] * back + green[i] * front
-        plane2[i] = plane2[i] * back + blue[i] * front
+        share, rest = a * front, old * back
+        kept0 = plane0[i]
+        plane0[i] = (kept0 if held else F0) * back + red[i] * front
+        kept1 = plane1[i]
+        plane1[i] = (kept1 if held else F0) * back + green[i] * front
+        kept2 = plane2[i]
+        plane2[i] = (kept2 if held else F0) * back + blue[i] * front
         nearest[i] = kept_inverse * back + v * share
-        alpha[i] = kept + share
+        alpha[i] = rest + share
         new[i] = F0
         inverse_new[i] = F0
         red[i] = F0
@@ -309,7 +335,7 @@ def composite_row(scratch, row, a, b, window, beta, air, ident, frame, owners, b
         air: (C,) airlight.
         ident: Instance id.
         frame: (premultiplied radiance (C, H, W), coverage, inverse depth of what is visible, multiplied by it, visible share of the pixel's owner,
-            its inverse depth, its id).
+            its inverse depth, its id); all but the coverage only hold something where something is covered.
         owners: Whether to keep track of each pixel's owner.
         buf: Work space; row 0 is overwritten.
     """

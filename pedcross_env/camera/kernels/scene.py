@@ -244,7 +244,7 @@ def draw_scene(
         xs: (W,) pixel centres.
         size: (height, width).
         scratch: (planes (C H W,), alpha (H W,), inverse depth (H W,)), zeroed; zeroed again on return.
-        frame: (out (C, H, W) with zeros, alpha, nearest, weight, depth inverse, ids).
+        frame: (out (C, H, W), alpha, nearest, weight, depth inverse, ids); what no object covers is left as it is, but for alpha.
         owners: Whether to fill the frame's last three.
         sunlit: Shares of (N,) actors, (G,) groups and (P,) panels that the sun reaches, see kernels.shade.
         slab: World x where the layer starts on the right and on the left side, and where it ends. Actors and props that are not
@@ -254,7 +254,6 @@ def draw_scene(
     n, g = actors.shape[0], groups.shape[0]
     for row in range(size[0]):
         fill_row(F0, frame[1][row])
-        fill_row(F0, frame[2][row])
     keys, windows = np.empty(n + g), np.empty((n + g, 4), np.int64)
     for i in range(n + g):
         keys[i] = 1e9
