@@ -18,6 +18,10 @@ FADE = 0.4  # above the least width, over which a drop gains its full strength
 _DROPS_PER_CELL = 4.0
 _LARGEST_CELL_M = 3.0
 _SWAY_LEAST, _SWAY_MORE = 3.0, 4.0  # rad/s at which flakes sway
+_TUMBLE, _GLINT = (
+    6.0,
+    0.8,
+)  # times as fast they tumble, and by how much of its mean that changes what they send back
 TURN = 2.0 * math.pi
 _PLACE, _PER_PLACE = np.uint64((1 << 21) - 1), 2.0**-21
 _ROUND_PX = 1.5  # width from which a drop is drawn round and soft
@@ -26,6 +30,7 @@ _APERTURE_M = (
 )
 _SHORTEST_PX = 0.05  # of a streak: integrals over less lose their digits
 _PIXEL_PX2 = 0.25  # by which a pixel's own size widens the square of a radius
+_LENS_PX2 = 1.5  # and a lens and its pixel, where a flake shines before the dark: its edge would show
 _EDGE_M = 0.02  # a drop's own size, so far beyond the frustum's sides
 _EDGE_PX = 0.5  # half a pixel: edges are blurred by the pixel's own width
 
@@ -67,10 +72,11 @@ def _streak(
     width_px: float,
     blur_px: float,
     z: float,
-    brightness: float,
+    bright0: float,
+    bright1: float,
     strength: float,
 ) -> bool:
-    """Blend a streak between two image points, out of focus by ``blur_px``; whether any pixel was reached."""
+    """Blend a streak of two ends, out of focus by ``blur_px``; whether any pixel was reached."""
     rows, columns = luminance.shape
     length = math.hypot(x1 - x0, y1 - y0)
     along_x, along_y = ((x1 - x0) / length, (y1 - y0) / length) if length > 1e-6 else (0.0, 1.0)
@@ -89,10 +95,15 @@ def _streak(
     colour, hidden = radiance.shape[0] > 0, depth.shape[0] > 0
     # Wide ones are round and thin out towards their edges, as 1 - (r / radius)^2, the area below which is the square's:
     # flakes are fluff, and what is near is out of focus.
-    wide = width_px > _ROUND_PX
     radius2, end, thickest = 1.0, 0.5 * max(length, _SHORTEST_PX), 0.0
+    glow, mean, slope = bright0 != bright1, 0.5 * (bright0 + bright1), 0.5 * (bright1 - bright0) / end
+    wide = width_px > _ROUND_PX or glow
     if wide:
-        radius2 = 2.0 / math.pi * width_px * width_px + 0.5 * blur_px * blur_px + _PIXEL_PX2
+        radius2 = (
+            2.0 / math.pi * width_px * width_px
+            + 0.5 * blur_px * blur_px
+            + (_LENS_PX2 if glow else _PIXEL_PX2)
+        )
         thickest = strength * width_px * width_px / (math.pi * radius2 * end)
         half_across = math.sqrt(radius2)
         half_along = half_across + end
@@ -103,7 +114,7 @@ def _streak(
     last_row = min(rows - 1, math.floor(middle_y + reach))
     if last_row < first_row or middle_x + side < 0 or middle_x - side > columns:
         return False
-    hit = False
+    hit, brightness = False, mean
     for row in range(first_row, last_row + 1):
         dy = row + 0.5 - middle_y
         at = slant * dy
@@ -125,6 +136,8 @@ def _streak(
             if share <= 0:
                 continue
             hit = True
+            if glow:
+                brightness = mean + slope * min(end, max(-end, dx * along_x + dy * along_y))
             luminance[row, column] += share * (brightness - luminance[row, column])
             if colour:
                 radiance[0, row, column] += share * (brightness - radiance[0, row, column])
@@ -244,12 +257,15 @@ def _class_streaks(
                     hy = wy + (np.float64((own >> np.uint64(21)) & _PLACE) * _PER_PLACE - 0.5) * cell
                     hz = wz + (np.float64((own >> np.uint64(42)) & _PLACE) * _PER_PLACE - 0.5) * cell
                     own = combine(own, np.uint64(1))
+                    glint0 = glint1 = 1.0
                     if sway_m > 0:
                         turns = combine(own, np.uint64(3))
                         speed = _SWAY_LEAST + _SWAY_MORE * unit(combine(turns, np.uint64(4)))
                         turn = TURN * unit(turns) + time_s * speed
                         hx += sway_m * math.cos(turn)
                         hy += sway_m * math.sin(turn)
+                        glint0 += _GLINT * math.sin(_TUMBLE * (turn - speed * half))
+                        glint1 += _GLINT * math.sin(_TUMBLE * (turn + speed * half))
                     z = rotation[2, 0] * hx + rotation[2, 1] * hy + rotation[2, 2] * hz
                     if z < nearest or z > farthest:
                         continue
@@ -274,12 +290,13 @@ def _class_streaks(
                     )
                     if scale0 <= 0 or scale1 <= 0:
                         continue
-                    shine = brightness
+                    shine = 0.0
                     if table.shape[0] > 0:
-                        shine += scatter * _beam_lx(table, spans, beam, x, y, z)
+                        shine = scatter * _beam_lx(table, spans, beam, x, y, z)
                     if _streak(
                         luminance, radiance, depth, cx + focal * u0, cy + focal * v0, cx + focal * u1, cy + focal * v1,
-                        0.5 * (scale0 + scale1) * width_px, _APERTURE_M * focal / z, z, shine, strength,
+                        0.5 * (scale0 + scale1) * width_px, _APERTURE_M * focal / z, z,
+                        brightness + shine * glint0, brightness + shine * glint1, strength,
                     ):  # fmt: skip
                         drawn += 1
     return drawn

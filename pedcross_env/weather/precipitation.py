@@ -34,9 +34,10 @@ _FLAKE_MM, _FLAKE_POWER = 2.295, 3 / 2.078  # size of a flake over that of the d
 _FLAKE_WHITE = 0.9  # share of the light around it that a flake scatters on
 _FLAKE_MIN_WIDTH_PX = 0.5
 _SWAY_M = 0.04
-# Luminance towards the lamp per lx: a white sphere sends 2/3 of a white card's, a drop a twentieth of that.
-_FLAKE_SCATTER = _FLAKE_WHITE * 2 / 3 / math.pi
-_DROP_SCATTER = _FLAKE_SCATTER / 20
+# Luminance towards the lamp per lx: a white sphere sends 2/3 of a white card's, a drop a twentieth of that, a flake,
+# between whose crystals light passes, about a third.
+_SPHERE_SCATTER = _FLAKE_WHITE * 2 / 3 / math.pi
+_FLAKE_SCATTER, _DROP_SCATTER = _SPHERE_SCATTER / 3, _SPHERE_SCATTER / 20
 _BEAM_SPANS = np.array([-0.9, 0.9, -0.35, 0.25])  # of the beam tables: camera.light.BEAM_TAN_H, BEAM_TAN_V
 _NEAREST_M = 0.4  # nearer drops are blurred away, or do not pass the windscreen
 _MIN_WIDTH_PX = 0.35  # narrower streaks are left to the extinction
