@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pedcross_env.config import EgoConfig
@@ -81,21 +83,26 @@ class ActorRecords:
         record["pitch"], record["brake_light"] = state.pitch_rad, state.brake_light
         return record
 
-    def actors(self, driving: DrivingPoses, people: PedestrianPoses, doors: np.ndarray) -> np.ndarray:
-        """(N,) records of all others.
+    def actors(
+        self, driving: Sequence[DrivingPoses], people: PedestrianPoses, doors: Sequence[np.ndarray]
+    ) -> np.ndarray:
+        """(T, N) records of all others at T moments.
 
         Args:
-            driving: Poses of the vehicles that drive.
-            people: Poses of all pedestrians.
-            doors: (D, 3) x, y, heading.
+            driving: (T,) poses of the vehicles that drive.
+            people: (T, P) poses of all pedestrians.
+            doors: (T,) of (D, 3) x, y, heading.
         """
-        records = self._actors.copy()
+        records = np.tile(self._actors, (len(driving), 1))
         if self._movers.size:
-            for field in DrivingPoses._fields:
-                records[field][self._movers] = getattr(driving, field)
-        walking = records[self._first_pedestrian : self._first_door]
+            poses = np.array(driving)
+            for index, field in enumerate(DrivingPoses._fields):
+                records[field][:, self._movers] = poses[:, index]
+        walking = records[:, self._first_pedestrian : self._first_door]
         for field in _POSE_FIELDS:
             walking[field] = getattr(people, field)
-        for field, values in zip(("x", "y", "yaw"), doors.T, strict=True):
-            records[field][self._first_door :] = values
+        if self._first_door < records.shape[1]:
+            places = np.array(doors)
+            for index, field in enumerate(("x", "y", "yaw")):
+                records[field][:, self._first_door :] = places[..., index]
         return records

@@ -41,10 +41,6 @@ class PedestrianPoses:
     gait_stride: np.ndarray
     head_yaw: np.ndarray
 
-    def at(self, index: int) -> PedestrianPoses:
-        """Those of one of T times."""
-        return PedestrianPoses(*(getattr(self, name)[index] for name in self.__slots__))
-
 
 def _glance(walk: Walk, street: StreetSpec) -> tuple[float, float, float]:
     """(middle of the glance in s, half its length, head angle) of the first approach to a kerb.

@@ -235,16 +235,19 @@ class World:
         Raises:
             ConfigError: For a time outside of it.
         """
-        pose_time = self._within_step(time_s)
-        return self._snapshot(time_s, pose_time, self._people.poses(pose_time))
+        return self.snapshots((time_s,))[0]
 
     def snapshots(self, times_s: Sequence[float]) -> list[Snapshot]:
         """The same snapshots for several times, sooner than one by one."""
-        pose_times = np.array([self._within_step(time_s) for time_s in times_s])
-        people = self._people.poses(pose_times)
-        return [
-            self._snapshot(time_s, float(pose_times[k]), people.at(k)) for k, time_s in enumerate(times_s)
-        ]
+        if not times_s:
+            return []
+        at = [self._within_step(time_s) for time_s in times_s]
+        actors = self._records.actors(
+            [self._traffic.poses(time) for time in at], self._people.poses(np.array(at)),
+            [self._traffic.doors.poses(time) for time in at],
+        )  # fmt: skip
+        egos = (self._records.ego(self._drive.state(time), self._drive.pose(time)) for time in at)
+        return [Snapshot(*moment) for moment in zip(times_s, egos, actors, strict=True)]
 
     def _within_step(self, time_s: float) -> float:
         if not self._step_start_s - _TIME_SLACK_S <= time_s <= self.time_s + _TIME_SLACK_S:
@@ -253,13 +256,6 @@ class World:
                 f"{self._step_start_s} to {self.time_s}."
             )
         return self._pose_time(time_s)
-
-    def _snapshot(self, time_s: float, pose_time: float, people: PedestrianPoses) -> Snapshot:
-        actors = self._records.actors(
-            self._traffic.poses(pose_time), people, self._traffic.doors.poses(pose_time)
-        )
-        ego = self._records.ego(self._drive.state(pose_time), self._drive.pose(pose_time))
-        return Snapshot(time_s=time_s, ego=ego, actors=actors)
 
     def _labelled(self) -> tuple[np.ndarray, np.ndarray]:
         """(indices, distances) of the pedestrians that make the frame positive now, nearest first."""
