@@ -68,6 +68,9 @@ class DvsState:
     lost: int = 0
 
 
+MOST_LOG = 1e5  # far beyond any light's logarithm and any grey level; a pixel's events stay countable
+
+
 def check_frame(log_frame: np.ndarray, shape: tuple[int, ...] | None = None) -> np.ndarray:
     """Take a frame, which must be a log image (of ``shape`` if given): copied, unless nobody can write to it."""
     require(log_frame.dtype == np.float32 and log_frame.ndim == 2 and log_frame.size > 0, "log_frame",
@@ -76,6 +79,9 @@ def check_frame(log_frame: np.ndarray, shape: tuple[int, ...] | None = None) -> 
     require(
         shape is None or log_frame.shape == shape, "log_frame.shape", log_frame.shape, f"the state's {shape}"
     )
+    low, high = float(log_frame.min()), float(log_frame.max())
+    require(low >= -MOST_LOG and high <= MOST_LOG, "log_frame from, to", (low, high),
+            f"finite and within +-{MOST_LOG:g}; log_luminance adds a floor, so that darkness has a logarithm")  # fmt: skip
     kept = log_frame.flags.owndata and log_frame.flags.c_contiguous and not log_frame.flags.writeable
     return log_frame if kept else np.array(log_frame, order="C")
 

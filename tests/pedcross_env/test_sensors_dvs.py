@@ -277,3 +277,17 @@ def test_unknown_cameras_are_refused_with_the_nearest_name() -> None:
         dvs_preset("davis346", shot_rate_hz=3.0)
     with pytest.raises(ConfigError, match="pedcross"):
         DvsConfig(model="pedcros")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("model", ["pedcross", "carla", "v2e"])
+@pytest.mark.parametrize("spoilt", [np.nan, np.inf, -np.inf, 1e30])
+def test_frames_that_are_no_logarithms_are_refused(model: str, spoilt: float) -> None:
+    camera, frame = DvsConfig(model=model), np.zeros((4, 5), f32)
+    state, bad = initial_state(frame, 0, camera, 0), frame.copy()
+    bad[2, 3] = spoilt
+    with pytest.raises(ConfigError, match="finite and within"):
+        initial_state(bad, 0, camera, 0)
+    with pytest.raises(ConfigError, match="finite and within"):
+        step(state, bad, STEP_NS, camera)
+    with pytest.raises(ConfigError, match="finite and within"):
+        step_counts(state, bad, STEP_NS, camera, np.zeros((4, 5, 2), np.uint8))
