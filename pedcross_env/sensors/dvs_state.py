@@ -81,7 +81,7 @@ def check_frame(log_frame: np.ndarray, shape: tuple[int, ...] | None = None) -> 
     )
     low, high = float(log_frame.min()), float(log_frame.max())
     require(low >= -MOST_LOG and high <= MOST_LOG, "log_frame from, to", (low, high),
-            f"finite and within +-{MOST_LOG:g}; log_luminance adds a floor, so that darkness has a logarithm")  # fmt: skip
+            f"finite and within +-{MOST_LOG:g}; log_luminance adds a floor to the light")  # fmt: skip
     kept = log_frame.flags.owndata and log_frame.flags.c_contiguous and not log_frame.flags.writeable
     return log_frame if kept else np.array(log_frame, order="C")
 
