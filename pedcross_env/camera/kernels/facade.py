@@ -4,6 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from pedcross_env.camera.kernels.entrances import (
+    entrances_of,
+    hang_signs,
+    light_accent,
+    light_accent_by_lamps,
+    part_accent,
+)
 from pedcross_env.camera.kernels.facade_light import (
     add_shine,
     colour_by_lamps,
@@ -19,6 +26,7 @@ from pedcross_env.camera.kernels.facade_pattern import (
     pattern_of,
     place_pixels,
     plain_pattern,
+    split_at_floor,
     upper_pattern,
     weigh_surfaces,
 )
@@ -42,12 +50,13 @@ __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 # bay, 14 of the storey, 15 sill height share, 16 seed, 17 base height above the ground, 18 trim albedo factor,
 # 19 height of the ground floor, 20 its bay, 21 its windows' share of the bay, 22-23 their sill and lintel, 24 its albedo factor,
 # 25 where the cornice starts, 26 which map of lamp light, 27 where on it the panel starts, 28 how it runs along it per metre,
-# 29 which row of houses it unites with, 0 or 1;
+# 29 which row of houses it unites with, 0 or 1, 30-32 albedo of doors and signs, 33 bays of the ground floor from door to door (0: none),
+# 34 in which of them the door is, 35 its width, 36 its top, 37 where in the bay its middle is, 38 its glass, 39-40 a sign's foot and top;
 # a bay of 0: a plain wall
-PANEL_SIZE = 30
+PANEL_SIZE = 41
 CHUNK = 480  # pixels worked on at a time: fits the first-level caches
 COVER, INVERSE, COLOUR, S, T, WS, WT = 0, 2, 4, 7, 8, 9, 10  # rows of the work space
-STONE, TRIM, PANE, SHADE, LIT, LAMP, HEAD, SHINE, X, Y = 11, 12, 13, 14, 15, 16, 17, 18, 21, 22
+STONE, TRIM, PANE, SHADE, LIT, LAMP, HEAD, SHINE, ACCENT, X, Y = 11, 12, 13, 14, 15, 16, 17, 18, 19, 21, 22
 LIT_SHARE = np.float32(0.22)  # of windows at night
 LUMA = (0.2126, 0.7152, 0.0722)
 
@@ -105,22 +114,21 @@ def _list_pixels(edges, sides, row, bottom, xs, rows, listed, full, buf):
 
 
 @kernel
-def _shade(panel, n, geometry, layout, light, channels, buf, vectors):
+def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
     """Fill the radiance of ``n`` listed pixels: one plane of luminance or three of colour.
 
     ``geometry`` is (constants of the inverse depth, its least and greatest value, slopes along and up, shifts along and up, the
-    camera's distance from the wall's plane).
+    camera's distance from the wall's plane), ``rows`` the table of ``_list_pixels`` and how many entries it has.
     """
     plane, least, most, along, rise, shift_s, shift_t, away = geometry
-    upper, ground = layout
+    upper, ground, entrances = layout
     env, table, lamp_maps, map_frame, optics, sun = light
     normal, point = vectors
     x, y, inverse = buf[X, :n], buf[Y, :n], buf[INVERSE, :n]
     s, t, ws, wt = buf[S, :n], buf[T, :n], buf[WS, :n], buf[WT, :n]
     stone, trim, pane, shade = buf[STONE, :n], buf[TRIM, :n], buf[PANE, :n], buf[SHADE, :n]
-    shine = buf[SHINE, :n]
-    base_z, masonry = np.float32(panel[17]), np.float32(panel[24])
-    below, above = place_pixels(
+    shine, accent, base_z = buf[SHINE, :n], buf[ACCENT, :n], np.float32(panel[17])
+    place_pixels(
         x,
         y,
         plane[0],
@@ -137,27 +145,41 @@ def _shade(panel, n, geometry, layout, light, channels, buf, vectors):
         t,
         ws,
         wt,
-        ground[0],
     )
-    if panel[11] > 0 and above > 0:
+    foot, end = split_at_floor(rows[0], rows[1], t, wt, ground[0]) if panel[11] > 0 else (n, 0)
+    if end > 0:
         curtains = np.float32((0.618034 * panel[16]) % 1.0)
-        upper_pattern(s, t, ws, wt, base_z, upper, ground[0], curtains, stone, trim, pane, shade)
-    else:
-        plain_pattern(t, base_z, stone, trim, pane, shade)
-    if panel[11] > 0 and below > 0:
-        ground_pattern(s, t, ws, wt, ground, stone, trim, pane)
-    weigh_surfaces(inverse, away, masonry, stone, trim, pane, shade, shine)
+        upper_pattern(
+            s[:end], t[:end], ws[:end], wt[:end], base_z, upper, ground[0], curtains, stone[:end], trim[:end], pane[:end], shade[:end]
+        )  # fmt: skip
+    plain_pattern(t[end:], base_z, stone[end:], trim[end:], pane[end:], shade[end:])
+    # rows are listed from above: the ground floor is below the first pixel that sees it
+    low_s, low_t, low_ws, low_wt = s[foot:], t[foot:], ws[foot:], wt[foot:]
+    low_trim, low_pane, accent = trim[foot:], pane[foot:], accent[foot:]
+    if foot < n:
+        ground_pattern(
+            low_s, low_t, low_ws, low_wt, ground, entrances, stone[foot:], low_trim, low_pane, accent
+        )
+    entered = panel[33] > 0 and foot < n
+    if entered and panel[40] > panel[39]:
+        hang_signs(low_s, low_t, low_ws, low_wt, entrances, int(panel[16]), low_trim, low_pane, accent)
+    weigh_surfaces(inverse, away, stone, trim, pane, shade, shine)
+    if entered:
+        part_accent(shade[foot:], low_trim, accent)
     night = env[ENV_LAMP] > 0 or env[ENV_BEAM] > 0
     windows = env[ENV_WINDOW] > 0 and panel[11] > 0
     if channels == 1 and not night and not windows:
-        grey_wall, grey_frame, grey_mirrored = F0, F0, F0
+        grey_wall, grey_frame, grey_mirrored, grey_accent = F0, F0, F0, F0
         for c in range(3):
             wall, frame, mirrored, white = paint_of(panel, env, sun, c)
             weight = np.float32(LUMA[c])
             grey_wall += weight * white * wall
             grey_frame += weight * white * frame
             grey_mirrored += weight * mirrored
+            grey_accent += weight * white * np.float32(panel[30 + c])
         colour_panel(grey_wall, grey_frame, grey_mirrored, F1, stone, trim, shine, buf[COLOUR, :n])
+        if entered:
+            light_accent(grey_accent, F1, accent, buf[COLOUR, foot:n])
         return
     lamp, head, lit = buf[LAMP, :n], buf[HEAD, :n], buf[LIT, :n]
     if night:
@@ -184,8 +206,14 @@ def _shade(panel, n, geometry, layout, light, channels, buf, vectors):
         if night:
             tint = np.float32(env[ENV_LAMP + c])
             colour_by_lamps(wall, frame, mirrored, white, tint, stone, trim, shine, lamp, head, out)
+            if entered:
+                light_accent_by_lamps(
+                    np.float32(panel[30 + c]), white, tint, accent, lamp[foot:], head[foot:], out[foot:]
+                )
         else:
             colour_panel(wall, frame, mirrored, white, stone, trim, shine, out)
+            if entered:
+                light_accent(np.float32(panel[30 + c]), white, accent, out[foot:])
         if windows:
             add_shine(lit, np.float32(env[ENV_WINDOW + c]), out)
     if channels == 1:
@@ -239,7 +267,9 @@ def draw_panel(
         np.float32(shift_s), np.float32(shift_t), np.float32(abs(distance)),
     )  # fmt: skip
     sun = max(0.0, normal[0] * env[0] + normal[1] * env[1] + normal[2] * env[2])
-    light, layout = (env, table, lamp_maps, map_frame, optics, sun), pattern_of(panel)
+    light = (env, table, lamp_maps, map_frame, optics, sun)
+    upper, ground = pattern_of(panel)
+    layout = (upper, ground, entrances_of(panel))
     channels = scratch[0].shape[0]
     full[0] = full[1] = 0
     for part in range(parts):
@@ -248,9 +278,11 @@ def draw_panel(
         while row < bottom:
             row = _list_pixels(edges, sides, row, bottom, xs, rows, listed, full, buf)
             if full[0] >= CHUNK:
-                _shade(panel, full[0], geometry, layout, light, channels, buf, (normal, point))
+                _shade(
+                    panel, full[0], (listed, full[1]), geometry, layout, light, channels, buf, (normal, point)
+                )
                 _add_rows(listed, full[1], scratch, buf, spans)
                 full[0] = full[1] = 0
     if full[0] > 0:
-        _shade(panel, full[0], geometry, layout, light, channels, buf, (normal, point))
+        _shade(panel, full[0], (listed, full[1]), geometry, layout, light, channels, buf, (normal, point))
         _add_rows(listed, full[1], scratch, buf, spans)

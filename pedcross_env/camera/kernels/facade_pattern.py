@@ -15,6 +15,7 @@ __all__ = [
     "pattern_of",
     "place_pixels",
     "plain_pattern",
+    "split_at_floor",
     "upper_pattern",
     "weigh_surfaces",
 ]
@@ -26,6 +27,13 @@ BAR = np.float32(0.06)  # of the bar in a window's middle
 NO_CURTAIN, CURTAIN_MEAN, CURTAIN_MIX = np.float32(0.5), np.float32(0.125), np.float32(61.7)
 CURTAIN_STEPS = (np.float32(0.6180340), np.float32(0.7548777))
 GLASS_MIRRORS = np.float32(0.08)  # of the light, seen straight on: two panes
+PLINTH_M, PLINTH_TONE = (
+    np.float32(0.75),
+    np.float32(0.24),
+)  # its top above the road, how much darker it is than the wall above
+DOOR_FRAME = np.float32(0.08)
+STEP_M = np.float32(0.30)  # top of the step before a door, above the road
+LEAF_M = np.float32(2.15)  # top of a door's leaf; above it a window, where there is room
 LEDGE = np.float32(0.3)  # below the upper storeys
 LEAST_HALF = np.float32(2e-4)  # of a pixel's extent, metres
 
@@ -50,22 +58,27 @@ def pattern_of(panel):
     upper = (
         bay, storey, duty_s, duty_t, HALF * (F1 - duty_s), np.float32(panel[15]) + floor / storey, np.float32(panel[25]),
     )  # fmt: skip
-    ground = (floor, low_bay, low_duty, HALF * (F1 - low_duty), np.float32(panel[22]), np.float32(panel[23]))
+    tone = F1 - np.float32(panel[24])
+    ground = (
+        floor,
+        low_bay,
+        low_duty,
+        HALF * (F1 - low_duty),
+        np.float32(panel[22]),
+        np.float32(panel[23]),
+        tone,
+    )
     return upper, ground
 
 
 @kernel
-def place_pixels(xs, ys, v0, v1, v2, least, most, along, up, shift_s, shift_t, inverse, s, t, ws, wt, floor):
+def place_pixels(xs, ys, v0, v1, v2, least, most, along, up, shift_s, shift_t, inverse, s, t, ws, wt):
     """Inverse depth, position on the panel and the pixel's extent there: all rational in column and row.
 
     A box as wide as the gradient is long has the variance of the true footprint (two boxes folded), and so its edges' width.
-
-    Returns:
-        How many pixels reach below the height ``floor``, and how many above.
     """
     s0, s1, s2 = along
     t0, t1, t2 = up
-    below = above = np.int32(0)
     for i in range(xs.shape[0]):
         x, y = xs[i], ys[i]
         inv = min(most, max(least, v0 + v1 * x + v2 * y))  # a pixel's middle may lie beyond the panel's edge
@@ -79,10 +92,24 @@ def place_pixels(xs, ys, v0, v1, v2, least, most, along, up, shift_s, shift_t, i
         ws[i] = np.sqrt(across * across + down * down) * z2
         across, down = t1 * inv - b * v1, t2 * inv - b * v2
         wt[i] = np.sqrt(across * across + down * down) * z2
-        half = max(HALF * wt[i], LEAST_HALF)
-        below = np.int32(below + np.int32(t[i] - half < floor))  # as wide as the rest
-        above = np.int32(above + np.int32(t[i] + half > floor))
-    return below, above
+
+
+@kernel
+def split_at_floor(listed, entries, t, wt, floor):
+    """Where the pixels begin that reach below a height, and where those end that reach above it, in whole rows.
+
+    Along a row height and extent only grow or only fall.
+    """
+    start, end, at = t.shape[0], 0, 0
+    for r in range(entries):
+        beyond = at + listed[r, 2] - listed[r, 1]
+        half = max(max(wt[at], wt[beyond - 1]), LEAST_HALF + LEAST_HALF)  # twice what is needed
+        if start > at and min(t[at], t[beyond - 1]) - half < floor:
+            start = at
+        if max(t[at], t[beyond - 1]) + half > floor:
+            end = beyond
+        at = beyond
+    return start, end
 
 
 @kernel
@@ -98,7 +125,7 @@ def upper_pattern(s, t, ws, wt, base_z, upper, floor, seed, stone, trim, pane, s
         upper: (bay, storey, window share along, up, phase along, up, cornice height).
         floor: Height of the ground floor.
         seed: Of the curtains, 0 to 1.
-        stone: Filled: cover of the ground floor's wall, none.
+        stone: Filled: how much darker the wall is than the house's own, not at all.
         trim: Of cornices, window frames and curtains.
         pane: Of glass.
         shade: Share of the light that reaches so deep into the street.
@@ -111,17 +138,16 @@ def upper_pattern(s, t, ws, wt, base_z, upper, floor, seed, stone, trim, pane, s
     step_s, step_t = CURTAIN_STEPS
     lone = TWO / min(max(bay - bay * duty_s, MARGIN), storey - storey * duty_t)
     for i in range(s.shape[0]):
-        half = max(HALF * ws[i], LEAST_HALF)
-        scale = bay * (HALF / half)
+        half, half_up = max(HALF * ws[i], LEAST_HALF), max(HALF * wt[i], LEAST_HALF)
+        both = HALF / (half * half_up)  # one division where two would be as many pixels' time again
+        scale, inv = bay * both * half_up, both * half
         first, last = (s[i] - half) * inv_bay - phase_s, (s[i] + half) * inv_bay - phase_s
         n, m = np.floor(first), np.floor(last)
         first, last = first - n, last - m  # place within the bay, of the pixel's either border
         outer = ((m - n) * duty_s + (min(last, duty_s) - min(first, duty_s))) * scale
         inner = (m - n) * (thin_s - bar) + (_clamp(last - ms, thin_s) - _clamp(first - ms, thin_s))
         inner = (inner - (_clamp(last - bar_from, bar) - _clamp(first - bar_from, bar))) * scale
-        half = max(HALF * wt[i], LEAST_HALF)
-        inv = HALF / half
-        low, high = t[i] - half, t[i] + half
+        low, high = t[i] - half_up, t[i] + half_up
         curtain = m * step_s + seed
         first, last = low * inv_storey - phase_t, high * inv_storey - phase_t
         n2, m2 = np.floor(first), np.floor(last)
@@ -145,34 +171,55 @@ def upper_pattern(s, t, ws, wt, base_z, upper, floor, seed, stone, trim, pane, s
 
 
 @kernel
-def ground_pattern(s, t, ws, wt, ground, stone, trim, pane):
-    """Add the ground floor's pattern: its wall, windows and ledge; arguments as ``upper_pattern``.
+def ground_pattern(s, t, ws, wt, ground, entrances, stone, trim, pane, accent):
+    """Add the ground floor's pattern: its wall and plinth, windows, ledge and doors; arguments as ``upper_pattern``.
 
-    ``ground`` is (height of the ground floor, its bay, window share, phase, sill, lintel).
+    ``ground`` is (height of the ground floor, its bay, window share, phase, sill, lintel, how much darker its wall is),
+    ``entrances`` from ``entrances_of``; ``accent``, the leaves of doors, is filled and is a part of the trim as well.
     """
-    floor, bay, duty, phase, sill, lintel = ground
+    floor, bay, duty, phase, sill, lintel, tone = ground
+    unit, start, width, top, glazed, _, _ = entrances
+    inv_unit = F1 / unit
+    begin, wide, side = start * inv_unit, width * inv_unit, DOOR_FRAME * inv_unit
+    leaf_wide, leaf_top, per_bay = max(F0, wide - side - side), min(LEAF_M, top - DOOR_FRAME), unit / bay
+    plinth = min(PLINTH_M, sill - MARGIN)
+    soiled = PLINTH_TONE * (F1 - tone)
     margin, inv_bay = MARGIN / bay, F1 / bay
     thin = max(F0, duty - TWO * margin)
     bar, bar_from = BAR * inv_bay, margin + HALF * (thin - BAR * inv_bay)
     for i in range(s.shape[0]):
-        half = max(HALF * ws[i], LEAST_HALF)
-        scale = bay * (HALF / half)
+        half, half_up = max(HALF * ws[i], LEAST_HALF), max(HALF * wt[i], LEAST_HALF)
+        both = HALF / (half * half_up)
+        scale, inv = bay * both * half_up, both * half
         first, last = (s[i] - half) * inv_bay - phase, (s[i] + half) * inv_bay - phase
         n, m = np.floor(first), np.floor(last)
         first, last = first - n, last - m
         outer = ((m - n) * duty + (min(last, duty) - min(first, duty))) * scale
         inner = (m - n) * (thin - bar) + (_clamp(last - margin, thin) - _clamp(first - margin, thin))
         inner = (inner - (_clamp(last - bar_from, bar) - _clamp(first - bar_from, bar))) * scale
-        half = max(HALF * wt[i], LEAST_HALF)
-        inv = HALF / half
-        low, high = t[i] - half, t[i] + half
+        scale *= per_bay
+        first, last = (s[i] - half) * inv_unit - begin, (s[i] + half) * inv_unit - begin
+        n, m = np.floor(first), np.floor(last)
+        first, last = first - n, last - m
+        door = ((m - n) * wide + (min(last, wide) - min(first, wide))) * scale
+        within = (m - n) * leaf_wide + (_clamp(last - side, leaf_wide) - _clamp(first - side, leaf_wide))
+        low, high = t[i] - half_up, t[i] + half_up
         glass = inner * (_interval(low, high, sill + MARGIN, lintel - MARGIN) * inv)
         frame = max(F0, outer * (_interval(low, high, sill, lintel) * inv) - glass)
         below_floor = min(max(floor, low), high)
         below_ledge = min(max(floor - LEDGE, low), high)
-        stone[i] = (below_floor - low) * inv
-        pane[i] += glass
-        trim[i] = min(F1 - pane[i], trim[i] + (below_floor - below_ledge) * inv + frame)
+        stone[i] = ((below_floor - low) * tone + (min(max(plinth, low), high) - low) * soiled) * inv
+        scale *= inv
+        door *= _interval(low, high, F0, top) * inv
+        leaf = within * (_interval(low, high, STEP_M, leaf_top) * scale)
+        light = (
+            within * (_interval(low, high, leaf_top + DOOR_FRAME, top - DOOR_FRAME) * scale) + glazed * leaf
+        )
+        rest = F1 - min(F1, door)
+        pane[i] = (pane[i] + glass) * rest + light
+        accent[i] = leaf - glazed * leaf
+        frames = (trim[i] + (below_floor - below_ledge) * inv + frame) * rest + max(F0, door - light)
+        trim[i] = min(F1 - pane[i], frames)
 
 
 @kernel
@@ -186,7 +233,7 @@ def plain_pattern(t, base_z, stone, trim, pane, shade):
 
 
 @kernel
-def weigh_surfaces(inverse, distance, masonry, stone, trim, pane, shade, shine):
+def weigh_surfaces(inverse, distance, stone, trim, pane, shade, shine):
     """Turn covers into what is multiplied by light: of the wall (in ``stone``), of trim, and of what glass mirrors.
 
     Glass mirrors the more, the flatter it is seen (Schlick's formula); the rest of the light is lost in the room behind.
@@ -194,8 +241,7 @@ def weigh_surfaces(inverse, distance, masonry, stone, trim, pane, shade, shine):
     Args:
         inverse: Inverse depth.
         distance: Of the camera from the wall's plane, metres; times the inverse depth the cosine of a ray near the optical axis.
-        masonry: Albedo of the ground floor's wall over that of the others.
-        stone: Cover of the ground floor's wall; changed.
+        stone: How much darker the wall is than the house's own; changed.
         trim: Cover of cornices and frames; changed.
         pane: Cover of glass.
         shade: Share of the light that reaches so deep into the street.
@@ -205,7 +251,7 @@ def weigh_surfaces(inverse, distance, masonry, stone, trim, pane, shade, shine):
         flat = F1 - min(F1, distance * inverse[i])
         twice = flat * flat
         shine[i] = pane[i] * (GLASS_MIRRORS + (F1 - GLASS_MIRRORS) * (twice * twice * flat))
-        stone[i] = (F1 + (masonry - F1) * stone[i]) * ((F1 - pane[i] - trim[i]) * shade[i])
+        stone[i] = (F1 - stone[i]) * ((F1 - pane[i] - trim[i]) * shade[i])
         trim[i] *= shade[i]
 
 
@@ -216,7 +262,7 @@ def lit_windows(s, t, ws, wt, upper, ground, seed, share, pane, out):
     It fades to its mean before a pixel could see two windows.
     """
     bay, storey, duty_s, duty_t, _, phase_t, _ = upper
-    floor, low_bay, low_duty, _, _, _ = ground
+    floor, low_bay, low_duty, _, _, _, _ = ground
     rise = phase_t - floor / storey
     gap_s, gap_t, low_gap = (
         bay * (F1 - duty_s),

@@ -10,6 +10,7 @@ import numpy as np
 
 from pedcross_env.camera.kernels.facade import PANEL_SIZE
 from pedcross_env.camera.props import TILES
+from pedcross_env.camera.scenery.entrances import ENTRANCES, Entrance, add_entrance
 from pedcross_env.config import require
 from pedcross_env.scenario.street import StreetSpec
 
@@ -55,6 +56,7 @@ class BuildingKind:
         trim: Albedo of cornices and window frames over that of the wall.
         roof: Its shape.
         setback_m: Behind the line of the facades.
+        entrance: A door, one of glass, or shops with doors of glass and signs.
     """
 
     share: float
@@ -71,11 +73,13 @@ class BuildingKind:
     trim: Range = (1.1, 1.5)
     roof: Literal["flat", "gable", "hip"] = "flat"
     setback_m: Range = (0.0, 0.4)
+    entrance: Entrance = "door"
 
     def __post_init__(self) -> None:
         require(self.share >= 0, "BuildingKind.share", self.share, "0 or more")
         require(bool(self.walls), "BuildingKind.walls", self.walls, "one colour or more")
         require(self.roof in ("flat", "gable", "hip"), "BuildingKind.roof", self.roof, "flat, gable or hip")
+        require(self.entrance in ENTRANCES, "BuildingKind.entrance", self.entrance, ", ".join(ENTRANCES))
         require(
             4 <= self.length_m[0] <= self.length_m[1] <= 60,
             "BuildingKind.length_m",
@@ -115,14 +119,14 @@ BUILDINGS: dict[str, BuildingKind] = {
     "gabled": BuildingKind(share=2.0, walls=PLASTER, storeys=(1, 3), length_m=(7.0, 14.0), roof="gable"),
     "shop": BuildingKind(
         share=2.5, walls=PLASTER + BRICK, ground_m=(3.6, 4.3), ground_window=((0.62, 0.88), (0.55, 0.68)), ground_bays=2,
-        ground_tone=(0.5, 0.9),
+        ground_tone=(0.5, 0.9), entrance="shop",
     ),
     "brick": BuildingKind(
         share=2.0, walls=BRICK, storeys=(2, 4), window=((0.32, 0.42), (0.48, 0.58)), trim=(1.7, 2.4), roof="hip", ground_tone=(0.8, 1.3),
     ),
     "office": BuildingKind(
         share=1.2, walls=CONCRETE, length_m=(16.0, 30.0), storeys=(4, 7), storey_m=(3.3, 3.7), ground_m=(4.0, 4.8), bay_m=(3.2, 4.2),
-        window=((0.94, 0.97), (0.50, 0.62)), ground_window=((0.88, 0.95), (0.68, 0.76)), trim=(0.9, 1.2), setback_m=(0.0, 1.0),
+        window=((0.94, 0.97), (0.50, 0.62)), ground_window=((0.88, 0.95), (0.68, 0.76)), trim=(0.9, 1.2), setback_m=(0.0, 1.0), entrance="glass",
     ),
     "townhouse": BuildingKind(
         share=1.2, walls=PLASTER + BRICK, length_m=(6.0, 8.5), storeys=(1, 2), bay_m=(2.0, 2.6), trim=(1.3, 1.7), roof="gable",
@@ -246,6 +250,7 @@ def _front(
     panel[18] = draw(kind.trim)
     panel[19:22] = ground, length / max(1, bays // kind.ground_bays), low
     panel[22:26] = sill * ground, min(0.92, sill + tall) * ground, draw(kind.ground_tone), height
+    add_entrance(panel, kind.entrance)
     return panel, House(side, x, x + length, front, height + 0.4, wall)
 
 
