@@ -21,7 +21,7 @@ _SWAY_LEAST, _SWAY_MORE = 3.0, 4.0  # rad/s at which flakes sway
 _TUMBLE, _GLINT = (
     6.0,
     0.8,
-)  # times as fast they tumble, and by how much of its mean that changes what they send back
+)  # how many times as fast they tumble, and how far what they send back strays from its mean
 TURN = 2.0 * math.pi
 _PLACE, _PER_PLACE = np.uint64((1 << 21) - 1), 2.0**-21
 _ROUND_PX = 1.5  # width from which a drop is drawn round and soft
@@ -30,7 +30,7 @@ _APERTURE_M = (
 )
 _SHORTEST_PX = 0.05  # of a streak: integrals over less lose their digits
 _PIXEL_PX2 = 0.25  # by which a pixel's own size widens the square of a radius
-_LENS_PX2 = 1.5  # and a lens and its pixel, where a flake shines before the dark: its edge would show
+_LENS_PX2 = 1.5  # the same by a lens and its pixel, where light stands before the dark: an edge would show
 _EDGE_M = 0.02  # a drop's own size, so far beyond the frustum's sides
 _EDGE_PX = 0.5  # half a pixel: edges are blurred by the pixel's own width
 
@@ -75,8 +75,12 @@ def _streak(
     bright0: float,
     bright1: float,
     strength: float,
+    shines: bool,
 ) -> bool:
-    """Blend a streak of two ends, out of focus by ``blur_px``; whether any pixel was reached."""
+    """Blend a streak of two ends, out of focus by ``blur_px``; whether any pixel was reached.
+
+    One that ``shines`` hides nothing: it is light on its way from one brightness to another, added to what is there.
+    """
     rows, columns = luminance.shape
     length = math.hypot(x1 - x0, y1 - y0)
     along_x, along_y = ((x1 - x0) / length, (y1 - y0) / length) if length > 1e-6 else (0.0, 1.0)
@@ -96,14 +100,11 @@ def _streak(
     # Wide ones are round and thin out towards their edges, as 1 - (r / radius)^2, the area below which is the square's:
     # flakes are fluff, and what is near is out of focus.
     radius2, end, thickest = 1.0, 0.5 * max(length, _SHORTEST_PX), 0.0
-    glow, mean, slope = bright0 != bright1, 0.5 * (bright0 + bright1), 0.5 * (bright1 - bright0) / end
-    wide = width_px > _ROUND_PX or glow
+    mean, slope, hides = 0.5 * (bright0 + bright1), 0.5 * (bright1 - bright0) / end, np.float32(not shines)
+    wide = width_px > _ROUND_PX or shines
     if wide:
-        radius2 = (
-            2.0 / math.pi * width_px * width_px
-            + 0.5 * blur_px * blur_px
-            + (_LENS_PX2 if glow else _PIXEL_PX2)
-        )
+        soft = _LENS_PX2 if shines else _PIXEL_PX2
+        radius2 = 2.0 / math.pi * width_px * width_px + 0.5 * blur_px * blur_px + soft
         thickest = strength * width_px * width_px / (math.pi * radius2 * end)
         half_across = math.sqrt(radius2)
         half_along = half_across + end
@@ -136,13 +137,13 @@ def _streak(
             if share <= 0:
                 continue
             hit = True
-            if glow:
+            if shines:
                 brightness = mean + slope * min(end, max(-end, dx * along_x + dy * along_y))
-            luminance[row, column] += share * (brightness - luminance[row, column])
+            luminance[row, column] += share * (brightness - hides * luminance[row, column])
             if colour:
-                radiance[0, row, column] += share * (brightness - radiance[0, row, column])
-                radiance[1, row, column] += share * (brightness - radiance[1, row, column])
-                radiance[2, row, column] += share * (brightness - radiance[2, row, column])
+                radiance[0, row, column] += share * (brightness - hides * radiance[0, row, column])
+                radiance[1, row, column] += share * (brightness - hides * radiance[1, row, column])
+                radiance[2, row, column] += share * (brightness - hides * radiance[2, row, column])
     return hit
 
 
@@ -293,12 +294,18 @@ def _class_streaks(
                     shine = 0.0
                     if table.shape[0] > 0:
                         shine = scatter * _beam_lx(table, spans, beam, x, y, z)
+                    u0, v0, u1, v1 = cx + focal * u0, cy + focal * v0, cx + focal * u1, cy + focal * v1
+                    seen_px, blur_px = 0.5 * (scale0 + scale1) * width_px, _APERTURE_M * focal / z
+                    here = brightness if sway_m > 0 else brightness + shine
                     if _streak(
-                        luminance, radiance, depth, cx + focal * u0, cy + focal * v0, cx + focal * u1, cy + focal * v1,
-                        0.5 * (scale0 + scale1) * width_px, _APERTURE_M * focal / z, z,
-                        brightness + shine * glint0, brightness + shine * glint1, strength,
+                        luminance, radiance, depth, u0, v0, u1, v1, seen_px, blur_px, z, here, here, strength, False,
                     ):  # fmt: skip
                         drawn += 1
+                        if sway_m > 0 and shine > 0:
+                            _streak(
+                                luminance, radiance, depth, u0, v0, u1, v1, seen_px, blur_px, z, shine * glint0,
+                                shine * glint1, strength, True,
+                            )  # fmt: skip
     return drawn
 
 

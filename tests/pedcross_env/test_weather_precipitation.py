@@ -281,7 +281,7 @@ def test_near_flakes_are_soft_all_round_and_cover_what_they_did(length_px: float
         (48.3 + sign * 0.5 * length_px * slope[0], 31.6 + sign * 0.5 * length_px * slope[1])
         for sign in (-1, 1)
     ]
-    _streak(image, none, nowhere, *ends[0], *ends[1], width_px, blur_px, 1.0, 1.0, 1.0, 1.0)
+    _streak(image, none, nowhere, *ends[0], *ends[1], width_px, blur_px, 1.0, 1.0, 1.0, 1.0, False)
     assert image.sum() == pytest.approx(width_px**2, rel=0.02)
     assert 0 < image.max() <= 1
     steps = max(np.abs(np.diff(image, axis=0)).max(), np.abs(np.diff(image, axis=1)).max())
@@ -291,8 +291,8 @@ def test_near_flakes_are_soft_all_round_and_cover_what_they_did(length_px: float
 def test_a_flake_that_glints_in_the_beam_fades_along_its_way_and_has_no_hard_edge() -> None:
     none, nowhere, width_px = np.empty((0, 0, 0), np.float32), np.empty((0, 0), np.float32), 1.0
     image, even = np.zeros((16, 64), np.float32), np.zeros((16, 64), np.float32)
-    _streak(image, none, nowhere, 22.0, 8.5, 42.0, 8.5, width_px, 0.0, 1.0, 0.2, 1.8, 1.0)
-    _streak(even, none, nowhere, 22.0, 8.5, 42.0, 8.5, width_px, 0.0, 1.0, 1.0, 1.0, 1.0)
+    _streak(image, none, nowhere, 22.0, 8.5, 42.0, 8.5, width_px, 0.0, 1.0, 0.2, 1.8, 1.0, True)
+    _streak(even, none, nowhere, 22.0, 8.5, 42.0, 8.5, width_px, 0.0, 1.0, 1.0, 1.0, 1.0, False)
     assert image.sum() == pytest.approx(even.sum(), rel=0.05)  # their mean brightness is the same
     assert image[:, 40].sum() > 4 * image[:, 24].sum()
     assert image[7].max() > 0.2 * image[8].max()  # beside its middle row, where the even one has nothing
