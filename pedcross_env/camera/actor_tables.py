@@ -8,7 +8,7 @@ import numpy as np
 
 from pedcross_env.camera.kernels.people import MAX_BODY, PART_SIZE
 from pedcross_env.camera.kernels.pose import BUILD_SIZE
-from pedcross_env.camera.kernels.stage import NUMBERS
+from pedcross_env.camera.kernels.stage import HEADLIGHT, MODEL, NUMBERS
 from pedcross_env.camera.people import person_of
 from pedcross_env.camera.riders import rider_of
 from pedcross_env.camera.vehicles import PAINTS
@@ -16,8 +16,6 @@ from pedcross_env.contracts import ACTOR_DTYPE, ActorKind
 from pedcross_env.scenario import ACCESSORIES, VEHICLE_MODELS
 
 __all__ = ["ActorTables", "Cast", "numbers_of"]
-
-MODEL, HEADLIGHT = NUMBERS.index("model"), NUMBERS.index("headlight")
 
 
 def _fields() -> np.dtype[np.void]:

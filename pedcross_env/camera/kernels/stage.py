@@ -10,7 +10,7 @@ from pedcross_env.camera.kernels.shade import shrink_far, sunlit_actors
 from pedcross_env.camera.kernels.shadows import cast_shadows
 from pedcross_env.contracts import ACTOR_DTYPE
 
-__all__ = ["NUMBERS", "set_stage"]
+__all__ = ["HEADLIGHT", "MODEL", "NUMBERS", "set_stage"]
 
 NUMBERS = (
     "x", "y", "z", "yaw", "pitch", "model", "length", "width", "height", "gait_phase", "gait_stride", "head_yaw", "brake_light",
