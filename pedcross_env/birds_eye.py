@@ -118,7 +118,7 @@ def _houses_and_trees(street: StreetSpec, fill: Callable[[np.ndarray, tuple[int,
     """Draw what stands beside the street: houses behind their fronts, in the colour of their walls, and crowns."""
     scenery = scenery_for(street)
     for panel in scenery.panels:
-        if panel[11] <= 0 or panel[2] > 0:  # a side wall, or what stands on another
+        if panel[11] <= 0 or panel[43] > 0 or panel[2] > 0:  # a side wall, or what stands on another
             continue
         start, along = panel[:2], panel[3:5]
         end, back = start + panel[6] * along, DEEP_M * np.array([-along[1], along[0]])

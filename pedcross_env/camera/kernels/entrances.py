@@ -9,7 +9,14 @@ import numpy as np
 from pedcross_env.camera.kernels.jit import inlined, kernel
 from pedcross_env.camera.kernels.rows import F0, F1, HALF, hash01
 
-__all__ = ["entrances_of", "hang_signs", "light_accent", "light_accent_by_lamps", "part_accent"]
+__all__ = [
+    "entrances_of",
+    "hang_signs",
+    "light_accent",
+    "light_accent_by_lamps",
+    "light_signs",
+    "part_accent",
+]
 
 # a sign's board and letters, metres: the board's gap to the shop's end, the letters' pitch, width and strokes
 ASIDE, PITCH, LETTER, STROKE = np.float32(0.35), np.float32(0.42), np.float32(0.30), np.float32(0.075)
@@ -65,7 +72,7 @@ def _letter(left, right, low, high, column, seed):
 
 
 @kernel
-def hang_signs(s, t, ws, wt, entrances, seed, trim, pane, accent):
+def hang_signs(s, t, ws, wt, entrances, seed, trim, pane, accent, letters_seen, board_seen):
     """Hang a board with letters over the doors: letters are as bright as the trim, the board has the house's second colour.
 
     Letters fade to their mean before a pixel could see two of them.
@@ -80,6 +87,8 @@ def hang_signs(s, t, ws, wt, entrances, seed, trim, pane, accent):
         trim: Cover of frames; changed.
         pane: Of glass; changed.
         accent: Of what is painted in the house's second colour, a part of the trim as well; changed.
+        letters_seen: Of letters; filled.
+        board_seen: Of the board beside them; filled.
     """
     unit, _, _, _, _, foot, top = entrances
     inv_unit = F1 / unit
@@ -92,6 +101,8 @@ def hang_signs(s, t, ws, wt, entrances, seed, trim, pane, accent):
         half_t = max(HALF * wt[i], LEAST_HALF)
         low, high = t[i] - half_t, t[i] + half_t
         up = _overlap(low, high, foot, top) / (half_t + half_t)
+        letters_seen[i] = F0
+        board_seen[i] = F0
         if up <= F0:
             continue
         half = max(HALF * ws[i], LEAST_HALF)
@@ -114,6 +125,8 @@ def hang_signs(s, t, ws, wt, entrances, seed, trim, pane, accent):
         pane[i] *= rest
         accent[i] = accent[i] * rest + (board - ink)
         trim[i] = min(F1 - pane[i], trim[i] * rest + board)
+        letters_seen[i] = ink
+        board_seen[i] = board - ink
 
 
 @kernel
@@ -138,3 +151,10 @@ def light_accent_by_lamps(albedo, light, tint, accent, lamp, head, out):
     """Add one plane of the accent under a uniform light, street lamps and the ego's beam."""
     for i in range(out.shape[0]):
         out[i] += albedo * accent[i] * (light + (lamp[i] * tint + head[i]) * INV_PI)
+
+
+@kernel
+def light_signs(letters, board, letters_seen, board_seen, out):
+    """Add one plane of what a lit sign sends out: radiances of its letters and of its board."""
+    for i in range(out.shape[0]):
+        out[i] += letters * letters_seen[i] + board * board_seen[i]

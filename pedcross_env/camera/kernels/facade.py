@@ -9,6 +9,7 @@ from pedcross_env.camera.kernels.entrances import (
     hang_signs,
     light_accent,
     light_accent_by_lamps,
+    light_signs,
     part_accent,
 )
 from pedcross_env.camera.kernels.facade_light import (
@@ -51,12 +52,13 @@ __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 # 19 height of the ground floor, 20 its bay, 21 its windows' share of the bay, 22-23 their sill and lintel, 24 its albedo factor,
 # 25 where the cornice starts, 26 which map of lamp light, 27 where on it the panel starts, 28 how it runs along it per metre,
 # 29 which row of houses it unites with, 0 or 1, 30-32 albedo of doors and signs, 33 bays of the ground floor from door to door (0: none),
-# 34 in which of them the door is, 35 its width, 36 its top, 37 where in the bay its middle is, 38 its glass, 39-40 a sign's foot and top;
-# a bay of 0: a plain wall
-PANEL_SIZE = 41
+# 34 in which of them the door is, 35 its width, 36 its top, 37 where in the bay its middle is, 38 its glass, 39-40 a sign's foot and top,
+# 41 luminance of its letters after dark, 42 of its board if that were white, 43 whether it is a side wall; a bay of 0: a plain wall
+PANEL_SIZE = 44
 CHUNK = 480  # pixels worked on at a time: fits the first-level caches
 COVER, INVERSE, COLOUR, S, T, WS, WT = 0, 2, 4, 7, 8, 9, 10  # rows of the work space
 STONE, TRIM, PANE, SHADE, LIT, LAMP, HEAD, SHINE, ACCENT, X, Y = 11, 12, 13, 14, 15, 16, 17, 18, 19, 21, 22
+LETTERS, BOARD = 20, 23
 LIT_SHARE = np.float32(0.22)  # of windows at night
 LUMA = (0.2126, 0.7152, 0.0722)
 
@@ -161,8 +163,21 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
             low_s, low_t, low_ws, low_wt, ground, entrances, stone[foot:], low_trim, low_pane, accent
         )
     entered = panel[33] > 0 and foot < n
-    if entered and panel[40] > panel[39]:
-        hang_signs(low_s, low_t, low_ws, low_wt, entrances, int(panel[16]), low_trim, low_pane, accent)
+    letters, board, shops = buf[LETTERS, foot:n], buf[BOARD, foot:n], entered and panel[40] > panel[39]
+    if shops:
+        hang_signs(
+            low_s,
+            low_t,
+            low_ws,
+            low_wt,
+            entrances,
+            int(panel[16]),
+            low_trim,
+            low_pane,
+            accent,
+            letters,
+            board,
+        )
     weigh_surfaces(inverse, away, stone, trim, pane, shade, shine)
     if entered:
         part_accent(shade[foot:], low_trim, accent)
@@ -216,6 +231,9 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
                 light_accent(np.float32(panel[30 + c]), white, accent, out[foot:])
         if windows:
             add_shine(lit, np.float32(env[ENV_WINDOW + c]), out)
+        if windows and shops and panel[41] + panel[42] > 0:
+            painted = np.float32(panel[42] * panel[30 + c])
+            light_signs(np.float32(panel[41]), painted, letters, board, out[foot:])
     if channels == 1:
         to_luminance(buf[COLOUR, :n], buf[COLOUR + 1, :n], buf[COLOUR + 2, :n])
 

@@ -26,6 +26,7 @@ BAR = np.float32(0.06)  # of the bar in a window's middle
 # a window's curtains hide up to half of it, in half of the windows; steps of a low-discrepancy sequence choose
 NO_CURTAIN, CURTAIN_MEAN, CURTAIN_MIX = np.float32(0.5), np.float32(0.125), np.float32(61.7)
 CURTAIN_STEPS = (np.float32(0.6180340), np.float32(0.7548777))
+BAND_M, ALIKE = np.float32(0.3), np.float32(1e9)
 GLASS_MIRRORS = np.float32(0.08)  # of the light, seen straight on: two panes
 PLINTH_M, PLINTH_TONE = (
     np.float32(0.75),
@@ -136,7 +137,9 @@ def upper_pattern(s, t, ws, wt, base_z, upper, floor, seed, stone, trim, pane, s
     inv_bay, inv_storey = F1 / bay, F1 / storey
     bar, bar_from = BAR / bay, ms + HALF * (thin_s - BAR / bay)
     step_s, step_t = CURTAIN_STEPS
-    lone = TWO / min(max(bay - bay * duty_s, MARGIN), storey - storey * duty_t)
+    wall = bay - bay * duty_s
+    # bands of glass, between whose panes is no more than frames, look alike throughout: from afar they are seen as one
+    lone = TWO / min(wall, storey - storey * duty_t) if wall > BAND_M else ALIKE
     for i in range(s.shape[0]):
         half, half_up = max(HALF * ws[i], LEAST_HALF), max(HALF * wt[i], LEAST_HALF)
         both = HALF / (half * half_up)  # one division where two would be as many pixels' time again

@@ -11,6 +11,7 @@ import numpy as np
 from pedcross_env.camera.kernels.facade import PANEL_SIZE
 from pedcross_env.camera.props import TILES
 from pedcross_env.camera.scenery.entrances import ENTRANCES, Entrance, add_entrance
+from pedcross_env.camera.scenery.sides import finish_side_wall
 from pedcross_env.config import require
 from pedcross_env.scenario.street import StreetSpec
 
@@ -29,6 +30,7 @@ Range = tuple[float, float]
 Colour = tuple[float, float, float]
 HEDGE = ((0.045, 0.085, 0.028), (0.06, 0.095, 0.03))
 DEEP_M = 12.0  # of the houses
+COPING_M, COPING = 0.1, np.array([0.42, 0.41, 0.38])  # stones on top of a garden's wall: height, albedo
 PLASTER = (
     (0.44, 0.40, 0.33), (0.50, 0.48, 0.44), (0.46, 0.36, 0.24), (0.42, 0.38, 0.38), (0.36, 0.39, 0.40), (0.52, 0.45, 0.33),
     (0.45, 0.41, 0.27), (0.47, 0.36, 0.31), (0.38, 0.42, 0.36),
@@ -149,14 +151,14 @@ def register_building(name: str, kind: BuildingKind) -> None:
 
 
 class House(NamedTuple):
-    """One house: side of the street, x range, y of its front, height, wall."""
+    """One house: side of the street, x range, y of its front, height, its front's panel."""
 
     side: int
     x0: float
     x1: float
     front: float
     height: float
-    wall: np.ndarray
+    panel: np.ndarray
 
 
 class Roof(NamedTuple):
@@ -202,7 +204,9 @@ def _side_wall(side: int, x: float, facing: float, house: House, neighbour: Hous
 
     def strip(near: float, far: float, base: float, top: float) -> np.ndarray:
         start = near if (facing > 0) == (side > 0) else far
-        return _panel(x, start, base, 0.0, facing, abs(far - near), top - base, 0.92 * house.wall)
+        wall = _panel(x, start, base, 0.0, facing, abs(far - near), top - base, 0.92 * house.panel[8:11])
+        finish_side_wall(wall, house.panel)
+        return wall
 
     front, height = house.front, house.height
     if neighbour is None:
@@ -251,7 +255,7 @@ def _front(
     panel[19:22] = ground, length / max(1, bays // kind.ground_bays), low
     panel[22:26] = sill * ground, min(0.92, sill + tall) * ground, draw(kind.ground_tone), height
     add_entrance(panel, kind.entrance)
-    return panel, House(side, x, x + length, front, height + 0.4, wall)
+    return panel, House(side, x, x + length, front, height + 0.4, panel)
 
 
 def _garden(gap: Gap, rng: np.random.Generator) -> list[np.ndarray]:
@@ -261,6 +265,9 @@ def _garden(gap: Gap, rng: np.random.Generator) -> list[np.ndarray]:
     surfaces = (BRICK, PLASTER, HEDGE)[int(rng.integers(3))]
     stone = np.array(surfaces[rng.integers(len(surfaces))])
     low = _panel(start, gap.front, 0.0, along, 0.0, length, rng.uniform(1.0, 1.9), 0.9 * stone)
+    coping = (
+        [] if surfaces is HEDGE else [_panel(start, gap.front, low[7], along, 0.0, length, COPING_M, COPING)]
+    )
     back = _panel(
         start,
         gap.front + side * (DEEP_M - 0.2),
@@ -274,7 +281,7 @@ def _garden(gap: Gap, rng: np.random.Generator) -> list[np.ndarray]:
     bay = length / max(1, round(length / 2.8))
     back[11:17] = bay, 3.0, 0.38, 0.5, 0.25, int(rng.integers(1, 30_000))
     back[19:22], back[22:26] = (3.2, bay, 0.38), (0.9, 2.4, 1.0, back[7] - 0.4)
-    return [low, back]
+    return [low, *coping, back]
 
 
 def fit_bays(panel: np.ndarray) -> None:
