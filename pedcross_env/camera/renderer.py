@@ -148,7 +148,7 @@ class Renderer:
         crowns, columns = crown_textures(), self._buf.shape[1]
         row = crowns.sums[0].shape[2]
         self._crowns = (
-            *crowns, np.zeros(row, np.float32), np.zeros(row, np.float32), np.empty(columns, np.uint64), np.empty((3, columns), np.float32), np.empty((3, 4)),
+            *crowns, np.zeros(row, np.float32), np.zeros(row, np.float32), np.empty(columns, np.uint64), np.empty((3, columns), np.float32), np.empty((3, 3, 4)),
         )  # fmt: skip
         across = (self._scenery.across_low, ACROSS_TEXEL_M)
         tables = [

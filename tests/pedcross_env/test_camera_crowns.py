@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
-from camera_scenes import renderer, snapshot
+from camera_scenes import STREET, renderer, snapshot
 
 from pedcross_env.camera import Renderer, camera_pose
+from pedcross_env.camera.scenery import scenery_of
+from pedcross_env.camera.scenery.foliage import BARE, ROUND
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import ACTOR_DTYPE, ActorKind, Frame, Snapshot, StaticClass
 from pedcross_env.scenario.street import StreetSpec
@@ -59,6 +63,42 @@ def test_lying_snow_whitens_leaves_more_than_trunks() -> None:
     leaves, trunks = gain[tree & (height > 3.0)], gain[tree & (height < 2.0)]
     assert min(leaves.size, trunks.size) > 500
     assert np.median(leaves) > 1.5 * np.median(trunks)  # which get what the ground reflects
+
+
+def snow_gain(texture: int) -> tuple[float, float, float]:
+    """How much brighter snow makes a lone crown's upper, middle and lower third."""
+    scenery = scenery_of(STREET)
+    group = scenery.groups[scenery.groups[:, 7] >= 0][:1].copy()
+    group[0, 1] = group[0, 0]  # no trunk
+    group[0, 2:5] = group[0, 8:11] = 14.0, -1.75, 2.5
+    group[0, 5], group[0, 7] = 5.0, texture
+    group[0, 11:13] = 2.0, 2.0
+    group[0, 13:16] = 0.1
+    far = scenery.panels[:1].copy()
+    far[0, 0] = -500.0
+    alone = dataclasses.replace(scenery, groups=group, panels=far)
+    pictures = []
+    for cover in (0.0, 1.0):
+        camera = CameraConfig(width_px=900, height_px=512)
+        view = Renderer(camera)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("pedcross_env.camera.renderer.scenery_for", lambda street: alone)
+            view.load(STREET, Weather(cloudiness=1.0, snow_cover=cover))
+        pictures.append(view.render(snapshot()))
+    tree = pictures[0].instance == StaticClass.VEGETATION
+    rows = np.flatnonzero(tree.sum(axis=1) > 5)
+    mean = [np.array([frame.luminance[row][tree[row]].mean() for row in rows]) for frame in pictures]
+    gain, third = mean[1] / mean[0], len(rows) // 3
+    assert third > 20
+    return float(gain[:third].mean()), float(gain[third:-third].mean()), float(gain[-third:].mean())
+
+
+def test_snow_lies_on_a_crowns_top_more_than_on_what_leaves_shelter() -> None:
+    top, middle, foot = snow_gain(ROUND[0])
+    assert top > 1.3 * middle
+    assert middle > 1.02 * foot
+    bare_top, _, bare_foot = snow_gain(BARE[0])
+    assert bare_foot / bare_top > 1.1 * foot / top  # bare branches shelter less
 
 
 @pytest.mark.parametrize("azimuth_deg", [1.0, 15.0])

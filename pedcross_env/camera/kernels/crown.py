@@ -33,7 +33,9 @@ TEXTURE_CHANNELS = 5  # cover, tone, and times the tone: the normal to the right
 BORDER = 2  # nodes of the running sums before the texture's edge
 # leaves are translucent: light passes round them (the best line through the clamped cosine over leaves of every tilt)
 SUN_ROUND, SUN_FACING = 0.36, 0.50
-SNOW_LIES = 0.6  # share of a leaf that faces up which lying snow hides
+# share of a leaf that faces up which lying snow hides at the crown's top; below, leaves shelter each other. Our estimate
+SNOW_LIES = 0.9
+SNOW_DEPTH = 1.6  # how far below its top, in half heights of a dense crown, the snow ends
 EMPTY = np.float32(1e-4)  # more than what rounding leaves where there is nothing
 FINE = 4.0  # texels per column from which the next coarser texture does: it blurs by a quarter of a pixel at most
 MANY = 2.0  # texels per column and per row from which each has little to do with what is seen
@@ -72,8 +74,10 @@ def splat_leaves(leaves, image):
 
 
 @kernel
-def _light_crown(centre, albedo, env, lamps, beams, table, work):
+def _light_crown(centre, albedo, snow, env, lamps, beams, table, work):
     """Fill ``light`` (C, 4), constant and gradient over the normal, and ``heads`` (C, 2), for the crown's middle.
+
+    ``snow`` is the share of what faces up that lying snow hides.
 
     No leaf has less than no light, whichever way it faces: where the line through the sun's light would fall below zero, it is
     flatter.
@@ -96,7 +100,7 @@ def _light_crown(centre, albedo, env, lamps, beams, table, work):
         rho, o = weight * albedo[c] / math.pi, c if channels == 3 else 0
         field[c, 0] += SUN_ROUND * env[ENV_SUN + c]
         # snow lies on leaves the more, the more they face up
-        white = weight * 0.5 * SNOW_LIES * env[ENV_SNOW] * (SNOW[c] - albedo[c]) / math.pi
+        white = weight * 0.5 * SNOW_LIES * snow * (SNOW[c] - albedo[c]) / math.pi
         rho += white
         squared = 1e-30
         for k in range(3):
@@ -251,6 +255,16 @@ def _crown_light(light, heads, head, flip, out):
         out[c, 1] *= flip
 
 
+@inlined
+def _sheltered(down):
+    """How much less snow lies at a height in the crown than at its top: 0 there, 1 where the leaves above keep all of it.
+
+    ``down`` is counted from the top in half heights.
+    """
+    part = min(1.0, max(0.0, down / SNOW_DEPTH))
+    return part * part * (3.0 - 2.0 * part)
+
+
 @kernel
 def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, scratch, work, spans):
     """Draw a crown into its object's scratch planes, which hold nothing yet.
@@ -259,7 +273,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
         crown: (9,) texture, centre (world), half width (negative: mirrored), half height (metres), albedo r, g, b.
         centre: (3,) camera coordinates.
         textures: Those of scenery.foliage.CrownTextures; work space: (5 M,) float32 of a row of pixels and as much of its light; columns'
-            edges, (>= W + 1,) uint64 and (3, >= W + 1) float32; (3, 4).
+            edges, (>= W + 1,) uint64 and (3, >= W + 1) float32; (3, 3, 4).
         env: See kernels.lighting.
         lamps: (L, 3) camera coordinates.
         beams: (B, 13).
@@ -273,7 +287,7 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     focal, cx, cy = optics
     height, width = size
     planes, alpha, inverse = scratch
-    levels, units, bounds, added, lit, nodes, weights, radiance = textures
+    levels, units, bounds, gaps, added, lit, nodes, weights, radiance = textures
     half_w, half_h = abs(crown[4]), crown[5]
     z = centre[2]
     # beside the camera a flat crown would turn into a wall: it thins out before
@@ -295,11 +309,16 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
     a, b = max(0, int(math.floor(max(u0 - rx, -1.0)))), min(width, int(math.ceil(min(u0 + rx, width + 1.0))))
     if row1 <= row0 or b <= a:
         return
-    _light_crown(centre, crown[6:9], env, lamps, beams, table, work)
     flip = 1.0 if crown[4] > 0 else -1.0
     channels = planes.shape[0]
-    light = radiance[:channels]
+    light, top_light, foot_light = radiance[0, :channels], radiance[1, :channels], radiance[2, :channels]
+    _light_crown(centre, crown[6:9], env[ENV_SNOW], env, lamps, beams, table, work)
     _crown_light(work[2], work[3], work[5], flip, light)
+    snowy = env[ENV_SNOW] > 0.0
+    if snowy:  # less lies below: through a crown's gaps alone
+        _crown_light(work[2], work[3], work[5], flip, top_light)
+        _light_crown(centre, crown[6:9], gaps[int(crown[0])] * env[ENV_SNOW], env, lamps, beams, table, work)
+        _crown_light(work[2], work[3], work[5], flip, foot_light)
     depth_inverse = np.float32(1.0 / max(z - 0.35 * half_w, 0.5 * z))
     step, fall = flip * 0.5 * texels / rx, 0.5 * texels / ry  # texels per column, per row
     start, top = 0.5 * texels + step * (a - u0), 0.5 * texels + fall * (row0 - v0)
@@ -332,6 +351,11 @@ def draw_crown(crown, centre, textures, env, lamps, beams, table, optics, size, 
         if beyond == first:
             continue
         grow(spans, row, a + c0 + first, a + c0 + beyond)
+        if snowy:
+            less = _sheltered((row + 0.5 - v0) / ry + 1.0)
+            for c in range(channels):
+                for k in range(4):
+                    light[c, k] = top_light[c, k] + less * (foot_light[c, k] - top_light[c, k])
         for c in range(channels):
             _lit(
                 light[c], added[stride + low : stride + high], added[2 * stride + low : 2 * stride + high],

@@ -165,11 +165,13 @@ class CrownTextures(NamedTuple):
             column BORDER are the texture's edge. They are whole numbers that float32 holds exactly, and so their differences.
         units: What 1 stands for in each.
         bounds: Each (S, N, 2) int64, the columns between which the leaves of a row lie.
+        gaps: (S,) share of a crown's middle that no leaf or branch covers.
     """
 
     sums: tuple[np.ndarray, ...]
     units: tuple[float, ...]
     bounds: tuple[np.ndarray, ...]
+    gaps: np.ndarray
 
 
 @lru_cache(maxsize=1)
@@ -189,4 +191,6 @@ def crown_textures() -> CrownTextures:
         whole = np.rint(np.divide(exact, unit, out=exact), out=exact)
         sums.append(np.cumsum(whole, axis=1, out=whole).astype(np.float32))
         units.append(unit)
-    return CrownTextures(tuple(sums), tuple(units), tuple(bounds))
+    middle = slice(SIZE // 4, SIZE - SIZE // 4)
+    gaps = 1.0 - images[:, middle, middle, 0].mean(axis=(1, 2), dtype=np.float64)
+    return CrownTextures(tuple(sums), tuple(units), tuple(bounds), gaps)
