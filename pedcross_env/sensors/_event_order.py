@@ -2,10 +2,14 @@
 
 Keys that share their upper bits, which are moments of some microseconds, are dealt into the same row; the lower halves
 are sorted row by row, which NumPy does in one call: 32 bits three times as fast per number as 64, and rows of up to 512
-twice as fast again.
+twice as fast again. Rows get half as many places again as keys would fill if they came evenly; where that is too few,
+the keys are dealt a second time, with what the fullest row needs.
 """
 
 from __future__ import annotations
+
+import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import DTypeLike
@@ -16,6 +20,10 @@ __all__ = ["array_of", "in_order", "write", "write_in_order"]
 
 _FEW = 16384  # keys that are sorted as they are
 _ROW = 384  # keys of a row on average, at most: few rows get more than 512
+_THIN = 4  # keys of a row on average, at least
+_FILL = 1.5  # places per key, where keys are spread evenly enough
+_LINE = 16  # places in a line of the processor's cache
+_TOGETHER = 128  # rows sorted and written at a time: they stay in the processor's cache
 _WORST_FILL = 4  # places per key, above which events crowd in few rows and the others stand empty
 _LAST = np.uint32(0xFFFFFFFF)
 
@@ -30,87 +38,110 @@ def array_of(number: int, dtype: DTypeLike) -> np.ndarray:
     return np.empty(-(-number // step) * step, dtype)[:number]
 
 
-def in_order(keys: np.ndarray) -> np.ndarray:
-    """Sort (N,) uint64 keys in place and return them."""
-    rows = _sorted_rows(keys)
+def in_order(keys: np.ndarray, span: int | None = None) -> np.ndarray:
+    """Sort (N,) uint64 keys in place and return them; all lie below ``span``, if that is known."""
+    rows = _in_rows(keys, span)
     if rows is None:
         keys.sort()
-    else:
-        _collect(*rows, keys)
+        return keys
+    found = 0
+    for part in _sorted(*rows):
+        found += int(_collect(*part, keys[found:]))
     return keys
 
 
-def write_in_order(keys: np.ndarray, bits: int, width: int, t0_ns: int, events: np.ndarray) -> None:
+def write_in_order(
+    keys: np.ndarray, bits: int, width: int, t0_ns: int, events: np.ndarray, span: int | None = None
+) -> None:
     """Write (N,) uint64 sort keys (``pack``'s), in any order and overwritten, as (N,) EVENT_DTYPE in order."""
-    rows = _sorted_rows(keys)
+    rows = _in_rows(keys, span)
     if rows is None:
         keys.sort()
         write(keys, bits, width, t0_ns, events)
-    else:
-        _write_rows(*rows, bits, width, t0_ns, events)
+        return
+    found = 0
+    for part in _sorted(*rows):
+        found += int(_write_rows(*part, bits, width, t0_ns, events[found:]))
 
 
-def _sorted_rows(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.uint64] | None:
-    """Lower halves of the keys (rows, most), sorted; how many of each row are keys; how many bits lie below a row's.
+def _in_rows(keys: np.ndarray, span: int | None) -> tuple[np.ndarray, np.ndarray, np.uint64] | None:
+    """Lower halves of the keys (rows, room); how many of each row are keys; how many bits lie below a row's.
 
     None where the keys are few, far apart or crowded.
     """
     if keys.size < _FEW:
         return None
-    span = int(keys.max()) + 1
-    shift = min(32, (_ROW * span // keys.size).bit_length() - 1)
+    span = span or int(keys.max()) + 1
+    shift = min(32, max(1, _ROW * span // keys.size).bit_length() - 1)
     rows = ((span - 1) >> shift) + 1
-    if rows > keys.size:
+    if _THIN * rows > keys.size:
         return None
     counts = np.zeros(rows, np.uint32)
-    most = int(_count(keys, np.uint64(shift), counts))
-    if most * rows > _WORST_FILL * keys.size:
-        return None
-    halves = array_of(rows * most, np.uint32).reshape(rows, most)
-    _deal(keys, np.uint64(shift), counts, halves)
-    halves.sort(axis=1)
-    return halves, counts, np.uint64(shift)
+    most = math.ceil(_FILL * keys.size / rows)
+    while most * rows <= _WORST_FILL * keys.size:
+        lines = -(-most // _LINE) | 1  # odd, else rows would share few places of the processor's cache
+        halves = array_of(rows * lines * _LINE, np.uint32).reshape(rows, lines * _LINE)
+        most = int(_deal(keys, np.uint64(shift), counts, halves))
+        if most <= halves.shape[1]:
+            return halves, counts, np.uint64(shift)
+    return None
+
+
+def _sorted(
+    halves: np.ndarray, counts: np.ndarray, shift: np.uint64
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.uint64, np.uint64]]:
+    """Sort some rows at a time; yield their halves, how many of each are keys, the first's number, and shift."""
+    for first in range(0, counts.size, _TOGETHER):
+        some = counts[first : first + _TOGETHER]
+        part = halves[first : first + _TOGETHER, : int(some.max())]
+        _pad(part, some)
+        part.sort(axis=1)
+        yield part, some, np.uint64(first), shift
 
 
 @exact_entry
-def _count(keys: np.ndarray, shift: np.uint64, counts: np.ndarray) -> np.uint32:
-    """Add up how many keys each row gets, ``counts`` being zeros; return the largest number."""
-    for k in range(keys.size):
-        counts[keys[k] >> shift] += np.uint32(1)
-    most = np.uint32(0)
-    for row in range(counts.size):
-        most = max(most, counts[row])
-    return most
+def _deal(keys: np.ndarray, shift: np.uint64, counts: np.ndarray, halves: np.ndarray) -> np.uint32:
+    """Write each key's lower half into its row; count those of each row; return the largest number.
 
-
-@exact_entry
-def _deal(keys: np.ndarray, shift: np.uint64, counts: np.ndarray, halves: np.ndarray) -> None:
-    """Write each key's lower half into its row, and after a row's ``counts`` what sorts last."""
+    Where that is more than there is room for, what was written is worth nothing.
+    """
     room, places = np.uint64(halves.shape[1]), halves.reshape(halves.size)
+    last = np.uint64(places.size - 1)
     for row in range(counts.size):
         counts[row] = np.uint64(row) * room
     for k in range(keys.size):
         key = keys[k]
         row = key >> shift
         at = counts[row]
-        places[np.uint64(at)] = np.uint32(key)
+        places[min(np.uint64(at), last)] = np.uint32(key)
         counts[row] = at + np.uint32(1)
+    most = np.uint32(0)
     for row in range(counts.size):
-        begin = np.uint64(row) * room
-        for place in range(np.uint64(counts[row]), begin + room):
-            places[place] = _LAST
-        counts[row] -= np.uint32(begin)
+        counts[row] -= np.uint32(np.uint64(row) * room)
+        most = max(most, counts[row])
+    return most
 
 
 @exact_entry
-def _collect(halves: np.ndarray, counts: np.ndarray, shift: np.uint64, keys: np.ndarray) -> None:
-    """Join the rows' halves to keys again."""
+def _pad(halves: np.ndarray, counts: np.ndarray) -> None:
+    """Write what sorts last after each row's keys."""
+    for row in range(counts.size):
+        for place in range(np.uint64(counts[row]), np.uint64(halves.shape[1])):
+            halves[row, place] = _LAST
+
+
+@exact_entry
+def _collect(
+    halves: np.ndarray, counts: np.ndarray, first: np.uint64, shift: np.uint64, keys: np.ndarray
+) -> np.uint64:
+    """Join the rows' halves to keys again; return how many."""
     found = np.uint64(0)
     for row in range(counts.size):
-        lower, upper, number = halves[row], np.uint64(row) << shift, np.uint64(counts[row])
+        lower, upper, number = halves[row], (first + np.uint64(row)) << shift, np.uint64(counts[row])
         for k in range(number):
             keys[found + k] = upper | np.uint64(lower[k])
         found += number
+    return found
 
 
 @inlined
@@ -144,13 +175,15 @@ def write(keys: np.ndarray, bits: int, width: int, t0_ns: int, events: np.ndarra
 
 @exact_entry
 def _write_rows(
-    halves: np.ndarray, counts: np.ndarray, shift: np.uint64, bits: int, width: int, t0_ns: int, events: np.ndarray
-) -> None:  # fmt: skip
-    """Write the rows' sorted halves out as event records."""
+    halves: np.ndarray, counts: np.ndarray, first: np.uint64, shift: np.uint64, bits: int, width: int, t0_ns: int,
+    events: np.ndarray,
+) -> np.uint64:  # fmt: skip
+    """Write the rows' sorted halves out as event records; return how many."""
     divider = _divider(width)
     found = np.uint64(0)
     for row in range(counts.size):
-        lower, upper, number = halves[row], np.uint64(row) << shift, np.uint64(counts[row])
+        lower, upper, number = halves[row], (first + np.uint64(row)) << shift, np.uint64(counts[row])
         for k in range(number):
             _write_event(events[found + k], upper | np.uint64(lower[k]), bits, width, divider, t0_ns)
         found += number
+    return found

@@ -221,11 +221,14 @@ def _events(
     start_ns = state.time_ns
     state, keys = _run(state, log_frame, time_ns, config, _NO_COUNTS)
     bits, width = _index_bits(log_frame.size), log_frame.shape[1]
+    span = (
+        None if config.model == "carla" else int(time_ns - start_ns) << bits
+    )  # CARLA's times may lie beyond
     if config.bus_events_per_s is None and not labelled:
         events = array_of(keys.size, EVENT_DTYPE)
-        write_in_order(keys, bits, width, start_ns, events)
+        write_in_order(keys, bits, width, start_ns, events, span)
         return state, events, NO_LABELS
-    state, keys = _read_out(state, in_order(keys), start_ns, config)
+    state, keys = _read_out(state, in_order(keys, span), start_ns, config)
     events = array_of(keys.size, EVENT_DTYPE)
     write(keys, bits, width, start_ns, events)
     labels = _labels(keys, bits, causes) if labelled else NO_LABELS
