@@ -205,11 +205,12 @@ class EventVision:
         """Give the picture at each moment, rendered in layers."""
         renderer, far = self._view.renderer, [part.layer for part in parts[1:]]
         lacking = [layer for layer in far if _key(layer, before.time_s) not in self._far]
-        rendered = iter(renderer.layers(before, lacking) if lacking else [])
+        rendered = iter(renderer.layers(renderer.moments([before])[0], lacking) if lacking else [])
+        later = renderer.moments(moments)
         first = [self._far.get(_key(layer, before.time_s)) or next(rendered) for layer in far]
 
         def render(instant: int, layers: list[Layer], *, passing: bool) -> list[Seen]:
-            return renderer.layers(moments[instant - 1], layers, passing=passing)
+            return renderer.layers(later[instant - 1], layers, passing=passing)
 
         pictures = Pictures(parts, first, len(moments), render)
         for picture in pictures:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from pedcross_env.camera.actor_tables import ActorTables
-from pedcross_env.camera.environment import beam_place, constant_environment, environment, others_beams
+from pedcross_env.camera.environment import beam_place
 from pedcross_env.camera.free import draw_ground_freely, horizon_line
 from pedcross_env.camera.glare import Glare
 from pedcross_env.camera.ground_tables import GroundTables, ground_tables
@@ -20,16 +19,10 @@ from pedcross_env.camera.kernels.scene import draw_scene
 from pedcross_env.camera.layers import WHOLE, Layer, Seen, in_layer
 from pedcross_env.camera.layout import scenery_for
 from pedcross_env.camera.lens import lens_of
-from pedcross_env.camera.light import (
-    LUMA,
-    Light,
-    flashed,
-    high_beam_table,
-    light_of,
-    low_beam_table,
-)
+from pedcross_env.camera.light import LUMA, Light, flashed, light_of
 from pedcross_env.camera.model_table import model_table
 from pedcross_env.camera.models import material_table
+from pedcross_env.camera.moment import Moment, Moments
 from pedcross_env.camera.pinhole import CameraPose, camera_pose
 from pedcross_env.camera.profiles import bands_of, covered_by, stripes_of
 from pedcross_env.camera.reach import reach_of
@@ -46,7 +39,7 @@ from pedcross_env.camera.shade import Shade
 from pedcross_env.camera.sky import Sky
 from pedcross_env.camera.snow import snowed
 from pedcross_env.camera.spray import Spray
-from pedcross_env.camera.stage import Stage, Staged
+from pedcross_env.camera.stage import Stage
 from pedcross_env.camera.surroundings import Surroundings, surroundings_of
 from pedcross_env.camera.tunnel import Tunnel, cleared, require_straight
 from pedcross_env.config import CameraConfig
@@ -58,20 +51,8 @@ from pedcross_env.weather.weather import Weather
 
 __all__ = ["Renderer"]
 
-LAMP_RANGE_M = 90.0
 UNFINISHED = np.zeros((0, 0), np.float32)
 MOST_YAW_DEG = 6.0  # of the mount, for the ground kernel that works by rows
-
-
-class _Moment(NamedTuple):
-    """What is seen at a moment, in the kernels' tables."""
-
-    pose: CameraPose
-    light: Light
-    env: np.ndarray
-    lamps: np.ndarray
-    beams: np.ndarray
-    staged: Staged
 
 
 class Renderer:
@@ -104,8 +85,6 @@ class Renderer:
         self._nobody = (np.zeros((1, 1), np.float32), np.zeros((1, 1), np.int32))
         self._passing = np.empty((h, w), np.float32)
         self._glare, self._sky = Glare(w, h), Sky(self._view)
-        self._tables = _beam_tables()
-        self._table = self._tables[0]
         self._vehicles, self._materials = model_table().arrays, material_table()
         self._mirror: tuple[np.ndarray, np.ndarray] | None = None
         self._scenery: Scenery | None = None
@@ -121,12 +100,12 @@ class Renderer:
             free_heading: Whether the ego may turn by more than a lane change does. Straight streets seen along them are drawn
                 by a quicker kernel, which is chosen here and never changed while driving: a change would be seen.
         """
-        self._scenery = scenery_for(street)
+        scenery = scenery_for(street)
         self._tunnel = None
         if weather.tunnel_exit_m > -math.inf:
             require_straight(street)
             self._tunnel = Tunnel(street, weather.tunnel_exit_m)
-            self._scenery = cleared(self._scenery, weather.tunnel_exit_m)
+            scenery = cleared(scenery, weather.tunnel_exit_m)
         turned = abs(self.config.yaw_deg) > MOST_YAW_DEG or self.config.roll_deg != 0
         free = free_heading or turned or not street.straight
         self._free = ground_tables(street, weather.snow_cover) if free else None
@@ -135,11 +114,8 @@ class Renderer:
         self._glare.load(self._light)
         self._spray = Spray(weather, self._view.width_px)
         self._weather, self._street = weather, street
-        self._constant = constant_environment(self._light, weather)
         self._actors = ActorTables(weather.rain_mm_h > 0)
-        self._shade = Shade(self._scenery, self._light)
-        self._stage = Stage(self._scenery, self._shade, self._light, self._actors)
-        self._surroundings = surroundings_of(self._scenery, self._light)
+        self._line(scenery, weather, self._light)
         self._grain = grain_integral()
         self._vehicles, self._materials = (
             model_table().arrays,
@@ -150,16 +126,20 @@ class Renderer:
         self._crowns = (
             *crowns, np.zeros(row, np.float32), np.zeros(row, np.float32), np.empty(columns, np.uint64), np.empty((3, columns), np.float32), np.empty((3, 3, 4)),
         )  # fmt: skip
-        across = (self._scenery.across_low, ACROSS_TEXEL_M)
-        tables = [
-            snowed(table, *across, street, weather.snow_cover)
-            for table in (self._scenery.low, self._scenery.high)
-        ]
+        across = (scenery.across_low, ACROSS_TEXEL_M)
+        tables = [snowed(table, *across, street, weather.snow_cover) for table in (scenery.low, scenery.high)]
         low, high = (bands_of(table, *across) for table in tables)
         weighed = (np.empty((len(bands), 11), np.float32) for bands in (low, high))
         self._bands = (low, high, *weighed, (covered_by(low), covered_by(high)))
         self._stripes = (stripes_of(tables[0], 5, *across), stripes_of(tables[0], 6, *across))
-        self._front_maps, self._ground_map = self._scenery.front_lamp_maps, self._scenery.ground_lamp_map
+        self._front_maps, self._ground_map = scenery.front_lamp_maps, scenery.ground_lamp_map
+
+    def _line(self, scenery: Scenery, weather: Weather, light: Light) -> None:
+        """Line the street with what stands along it."""
+        self._scenery, self._shade = scenery, Shade(scenery, light)
+        stage = Stage(scenery, self._shade, light, self._actors)
+        self._moments = Moments(self._view, weather, light, scenery.lamps, stage)
+        self._surroundings = surroundings_of(scenery, light)
 
     @property
     def sky_lx(self) -> float:
@@ -172,8 +152,9 @@ class Renderer:
         """Candela table and place (position, forward, left, up in camera coordinates) of the ego's headlights."""
         if self._light is None or not (self._light.beam_on or snapshot.ego["headlight"] > 0):
             return None
-        tables = self._tables[int(snapshot.ego["headlight"] > 1)]
-        return tables[0], beam_place(camera_pose(self.config, snapshot.ego), snapshot.ego)
+        return self._moments.table(snapshot)[0], beam_place(
+            camera_pose(self.config, snapshot.ego), snapshot.ego
+        )
 
     def render(self, snapshot: Snapshot, *, luminance_only: bool = False, flash_lx: float = 0.0) -> Frame:
         """Render one moment.
@@ -194,7 +175,7 @@ class Renderer:
                 "Renderer.render was called before load: call load(street, weather) once per episode."
             )
         light = flashed(self._light, flash_lx)
-        moment = self._moment(snapshot, light)
+        moment = self._moments.at(snapshot, light)
         pose = moment.pose
         channels = 1 if luminance_only else 3
         shape = (pose.height_px, pose.width_px)
@@ -206,12 +187,13 @@ class Renderer:
         depth, ids = (np.empty(shape, np.float32), np.empty(shape, np.int32)) if owners else self._nobody
         luminance, colour = (out[0], out[:0]) if luminance_only else (np.empty(shape, np.float32), out)
         at_once = self._free is None and self._weather.wetness <= 0 and owners and not luminance_only
-        self._draw(moment, WHOLE, out, depth, ids, owners, luminance if at_once else UNFINISHED)
+        finished = luminance if at_once else UNFINISHED
+        self._draw(moment, WHOLE, out, self._canvas[0], depth, ids, owners, finished)
         self._mirror_in_road(pose, out, depth, ids, light)
         if owners and not at_once:
             finish_frame(colour, depth, luminance)
         if owners:
-            head = (moment.env, self._table, self._weather.extinction_per_m)
+            head = (moment.env, moment.table, self._weather.extinction_per_m)
             self._spray.add(colour, luminance, depth, snapshot, pose, light, head)
         if self._tunnel is not None:
             self._tunnel.enclose(colour, luminance, depth, ids, pose, light)
@@ -244,48 +226,47 @@ class Renderer:
             return False
         return self._weather.wetness <= 0 and not self._glare.dazzled(pose)
 
-    def layers(self, snapshot: Snapshot, layers: Sequence[Layer], *, passing: bool = False) -> list[Seen]:
-        """Render the luminance of layers of the scene, each alone.
+    def moments(self, snapshots: Sequence[Snapshot]) -> list[Moment]:
+        """Set up moments whose layers are to be rendered, all at once.
 
         Args:
-            snapshot: Ego and actors.
-            layers: Which parts.
-            passing: Whether a single one is wanted until the next call of the renderer: it then stays in the same memory.
+            snapshots: Ego and actors at each.
 
         Raises:
             ConfigError: Before ``load``, and where ``by_layers`` does not hold.
         """
-        moment = None if self._light is None else self._moment(snapshot, self._light)
-        if moment is None or not self._apart(moment.pose):
+        moments = [] if self._light is None else self._moments.all(snapshots)
+        if self._light is None or not all(self._apart(moment.pose) for moment in moments):
             raise ConfigError(
-                "Renderer.layers was called where parts of the scene cannot be rendered apart (see Renderer.by_layers): call render."
+                "Renderer.moments was called where parts of the scene cannot be rendered apart (see Renderer.by_layers): call render."
             )
+        return moments
+
+    def layers(self, moment: Moment, layers: Sequence[Layer], *, passing: bool = False) -> list[Seen]:
+        """Render the luminance of layers of the scene, each alone.
+
+        Args:
+            moment: From ``moments``.
+            layers: Which parts.
+            passing: Whether a single one is wanted until the next call of the renderer: it then stays in the same memory.
+        """
         seen = []
         for layer in layers:
             shape = min(layer.rows, moment.pose.height_px), moment.pose.width_px
-            out = _part(self._passing, (1, *shape)) if passing else np.empty((1, *shape), np.float32)
-            self._draw(moment, layer, out, *self._nobody, False, UNFINISHED)
-            cover = _part(self._canvas[0], shape)[: layer.ground_row]
-            seen.append(Seen(out[0], cover if passing else cover.copy()))
+            if passing:
+                out, cover = _part(self._passing, shape), _part(self._canvas[0], shape)
+            else:
+                out, cover = np.empty(shape, np.float32), np.empty(shape, np.float32)
+            self._draw(moment, layer, out[None], cover, *self._nobody, False, UNFINISHED)
+            seen.append(Seen(out, cover[: layer.ground_row]))
         return seen
-
-    def _moment(self, snapshot: Snapshot, light: Light) -> _Moment:
-        """Place camera, lights and actors."""
-        assert self._scenery is not None
-        assert self._light is not None
-        pose = camera_pose(self._view, snapshot.ego)
-        constant = self._constant if light is self._light else constant_environment(light, self._weather)
-        env = environment(constant, pose, snapshot.ego, light)
-        lamps = self._lamps(pose, self._scenery, light)
-        beams = others_beams(pose, snapshot.actors, light)
-        self._table = self._tables[int(float(snapshot.ego["headlight"]) > 1)]
-        return _Moment(pose, light, env, lamps, beams, self._stage.at(snapshot, pose.origin))
 
     def _draw(
         self,
-        moment: _Moment,
+        moment: Moment,
         layer: Layer,
         out: np.ndarray,
+        alpha: np.ndarray,
         depth: np.ndarray,
         ids: np.ndarray,
         owners: bool,
@@ -297,24 +278,25 @@ class Renderer:
             moment: What is seen.
             layer: Which part of it.
             out: (C, h, W), filled: radiance or luminance of the picture's upper rows.
+            alpha: (h, W), filled: share of each pixel that objects cover.
             depth: (h, W), filled with 1 / m if ``owners``.
             ids: (h, W), filled if ``owners``.
             owners: Whether to fill depth and ids.
             luminance: (h, W) to finish depth (in metres) and luminance too, or UNFINISHED; the general ground kernel leaves them.
         """
         assert self._scenery is not None
-        pose, light, env, lamps, beams, (cast, sunlit, shadows) = moment
+        pose, light, env, lamps, beams, table, (cast, sunlit, shadows) = moment
         scenery, (channels, height, width) = self._scenery, out.shape
         size, optics, xs = (height, width), (pose.focal_px, pose.cx, pose.cy), self._xs
-        alpha, nearest, weight = (_part(plane, size) for plane in self._canvas)
+        nearest, weight = _part(self._canvas[1], size), _part(self._canvas[2], size)
         draw_scene(
             in_layer(cast, layer), *cast[1:],
             self._vehicles, self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
-            pose.rotation, pose.origin, env, lamps, beams, self._table, optics, xs, size, self._scratch[channels], (out, alpha, nearest, weight, depth, ids),
+            pose.rotation, pose.origin, env, lamps, beams, table, optics, xs, size, self._scratch[channels], (out, alpha, nearest, weight, depth, ids),
             owners, (sunlit, self._shade.groups, self._shade.panels), (*layer.start, *layer.end), self._buf,
         )  # fmt: skip
         rest = (out, alpha, weight, depth, ids)
-        lights = (self._ground_map, scenery.ground_frame, beams, self._table)
+        lights = (self._ground_map, scenery.ground_frame, beams, table)
         if self._free is not None:
             draw_ground_freely(pose, env, self._free, shadows, lights, xs, rest, self._buf)
             self._sky.add_clouds(out, alpha, pose, env, light)
@@ -380,8 +362,8 @@ class Renderer:
         draw_scene(
             *self._actors.of(actor),
             self._vehicles, self._materials, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame, self._crowns),
-            pose.rotation, pose.origin, environment(self._constant, pose, snapshot.ego, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
-            self._table, (pose.focal_px, pose.cx - u0, pose.cy - v0), xs, shape, (light.ravel(), cover.ravel(), inverse.ravel()),
+            pose.rotation, pose.origin, self._moments.env(snapshot, pose, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
+            self._moments.table(snapshot), (pose.focal_px, pose.cx - u0, pose.cy - v0), xs, shape, (light.ravel(), cover.ravel(), inverse.ravel()),
             (out, alpha, nearest, weight, depth, ids), True, (np.ones(1), np.ones(0), np.ones(0)), (*WHOLE.start, *WHOLE.end), self._buf,
         )  # fmt: skip
         mask = alpha >= 0.5
@@ -405,19 +387,7 @@ class Renderer:
             *self._mirror,
         )  # fmt: skip
 
-    def _lamps(self, pose: CameraPose, scenery: Scenery, light: Light) -> np.ndarray:
-        if not any(light.lamp_lx.tolist()):
-            return np.zeros((0, 3))
-        near = np.abs(scenery.lamps[:, 0] - pose.origin[0]) < LAMP_RANGE_M
-        return np.ascontiguousarray(np.einsum("ij,nj->ni", pose.rotation, scenery.lamps[near] - pose.origin))
-
 
 def _part(plane: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     """The beginning of a plane's memory as a smaller plane, whose rows follow each other closely."""
     return plane if plane.shape == shape else plane.reshape(-1)[: math.prod(shape)].reshape(shape)
-
-
-def _beam_tables() -> np.ndarray:
-    """(ego's low or high, own or others' beam, rows, columns): others always have their low beams on."""
-    low, high = low_beam_table(), high_beam_table()
-    return np.ascontiguousarray(np.stack([np.stack([low, low]), np.stack([high, low])]))

@@ -34,6 +34,12 @@ class Staged(NamedTuple):
     sunlit: np.ndarray
     shadows: tuple[np.ndarray, np.ndarray, np.ndarray]
 
+    def copy(self) -> Staged:
+        """Return the same in memory of its own, but for what stays from moment to moment."""
+        polygons, info, capsules = self.shadows
+        cast = self.cast._replace(numbers=self.cast.numbers.copy())
+        return Staged(cast, self.sunlit.copy(), (polygons.copy(), info.copy(), capsules.copy()))
+
 
 class _Near(NamedTuple):
     """What is near one cell of the street, and who is shown with it, in tables that ``set_stage`` takes."""

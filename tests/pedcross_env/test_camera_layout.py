@@ -10,8 +10,6 @@ from camera_scenes import NIGHT, STREET, pedestrian, snapshot, vehicle
 from scipy import ndimage
 
 from pedcross_env.camera import Renderer, camera_pose, project
-from pedcross_env.camera.shade import Shade
-from pedcross_env.camera.stage import Stage
 from pedcross_env.config import CameraConfig
 from pedcross_env.contracts import ACTOR_DTYPE, Snapshot, StaticClass
 from pedcross_env.scenario.layout import to_street, to_world, turning_path
@@ -146,9 +144,7 @@ def _houses_only(camera):
     props = replace(
         scenery.props, **{k: getattr(scenery.props, k)[roofs] for k in ("numbers", "idents", "looks")}
     )
-    camera._scenery = replace(scenery, groups=scenery.groups[:0], props=props)
-    camera._shade = Shade(camera._scenery, camera._light)
-    camera._stage = Stage(camera._scenery, camera._shade, camera._light, camera._actors)
+    camera._line(replace(scenery, groups=scenery.groups[:0], props=props), camera._weather, camera._light)
     return camera
 
 

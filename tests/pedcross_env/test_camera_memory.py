@@ -55,9 +55,10 @@ def test_a_picture_shows_nothing_of_what_was_in_its_memory(
 @pytest.mark.parametrize("passing", [False, True])
 def test_nor_does_a_layer(passing, value, monkeypatch):
     camera = renderer()
-    clean = [[p.copy() for p in camera.layers(SCENE, [layer], passing=passing)[0]] for layer in LAYERS]
+    [moment] = camera.moments([SCENE])
+    clean = [[p.copy() for p in camera.layers(moment, [layer], passing=passing)[0]] for layer in LAYERS]
     spoil(camera, monkeypatch, value)
     for layer, expected in zip(LAYERS, clean, strict=True):
-        seen = camera.layers(SCENE, [layer], passing=passing)[0]
+        seen = camera.layers(moment, [layer], passing=passing)[0]
         assert all(np.array_equal(a, b) for a, b in zip(seen, expected, strict=True))
         assert expected[0].max() > 0

@@ -27,7 +27,6 @@ from pedcross_env.camera.kernels.pose import (
 )
 from pedcross_env.camera.people import person_of
 from pedcross_env.camera.riders import RIDER_HEIGHT_M, rider_of
-from pedcross_env.camera.shade import Shade
 from pedcross_env.errors import ConfigError
 from pedcross_env.scenario import ACCESSORIES, Leg, PedestrianSpec, StreetSpec
 from pedcross_env.weather.weather import Weather
@@ -279,10 +278,10 @@ def alone(width_px, height_px):
     behind = scenery.panels[:1].copy()
     behind[:, 0] -= 1e4
     nothing = {name: getattr(scenery.props, name)[:0] for name in ("numbers", "idents", "looks")}
-    made._scenery = replace(
-        scenery, panels=behind, groups=scenery.groups[:0], props=replace(scenery.props, **nothing)
+    props = replace(scenery.props, **nothing)
+    made._line(
+        replace(scenery, panels=behind, groups=scenery.groups[:0], props=props), made._weather, made._light
     )
-    made._shade = Shade(made._scenery, made._light)
     return made
 
 

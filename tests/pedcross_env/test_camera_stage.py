@@ -11,7 +11,7 @@ MOVING = {name: 0.25 + k for k, name in enumerate(NUMBERS) if name not in ("x", 
 
 def staged(camera, *actors):
     seen = snapshot(*actors)
-    return seen, camera._stage.at(seen, np.zeros(3)).cast
+    return seen, camera._moments.at(seen, camera._light).staged.cast
 
 
 def test_every_number_of_a_record_is_in_the_tables():

@@ -46,7 +46,7 @@ def test_layers_put_together_are_the_whole_picture(seed: int) -> None:
             env.step(HOLD)
         parts, now = parted(env, made), env.world.snapshot(env.world.time_s)
         assert len(parts) > 1
-        seen = made.layers(now, [part.layer for part in parts])
+        seen = made.layers(made.moments([now])[0], [part.layer for part in parts])
         together = compose([(look, look, 0.0) for look in seen], (256, 450))
         whole = made.render(now, luminance_only=True).luminance
         apart = np.abs(np.log(together) - np.log(whole))
@@ -213,7 +213,7 @@ def test_layers_are_refused_where_light_reaches_other_parts(weather: Weather) ->
     camera, scene = renderer(weather, width_px=112, height_px=64), snapshot()
     assert not camera.by_layers(scene.ego)
     with pytest.raises(ConfigError, match="call render"):
-        camera.layers(scene, [Layer(NEAREST, FARTHEST, 64, 0, None)])
+        camera.moments([scene])
 
 
 def test_a_lens_that_bends_has_no_layers() -> None:
