@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pedcross_env.camera.actor_tables import Cast
-from pedcross_env.camera.kernels.layers import lay_all, pick
+from pedcross_env.camera.kernels.layers import lay_all
 
 __all__ = [
     "FARTHEST",
@@ -21,7 +20,6 @@ __all__ = [
     "Picture",
     "Seen",
     "compose",
-    "in_layer",
     "picture_of",
     "whole_picture",
 ]
@@ -58,7 +56,7 @@ class Layer(NamedTuple):
         end: The one farther away.
         rows: The picture's upper rows that the layer reaches down to.
         ground_row: From here downwards the ground is of this layer, above it of the one behind; 0: the sky is, too.
-        actors: (N,) bool, the snapshot's actors that are of it; None: all.
+        actors: (N,) bool, the snapshot's actors that are of it; None: those between its borders, as all else.
     """
 
     start: Border
@@ -81,24 +79,6 @@ class Seen(NamedTuple):
 
     luminance: np.ndarray
     cover: np.ndarray
-
-
-def in_layer(cast: Cast, layer: Layer) -> np.ndarray:
-    """Return a cast's numbers with the length of all that is not of a layer set to 0.
-
-    Args:
-        cast: The snapshot's actors, then furniture and roofs, which the layer's borders part by their middles.
-        layer: Which part.
-
-    Returns:
-        (N, 14), see kernels.scene.
-    """
-    numbers = cast.numbers
-    if layer.actors is None:
-        return numbers
-    picked = np.empty_like(numbers)
-    pick(numbers, layer.actors, (*layer.start, *layer.end), picked)
-    return picked
 
 
 Picture = tuple[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.float32], ...]

@@ -16,7 +16,7 @@ from pedcross_env.camera.kernels.finish import finish_frame
 from pedcross_env.camera.kernels.ground import draw_ground_and_sky
 from pedcross_env.camera.kernels.mirror import GRID_PLANES, mirror_in_road
 from pedcross_env.camera.kernels.scene import draw_scene
-from pedcross_env.camera.layers import WHOLE, Layer, Seen, in_layer
+from pedcross_env.camera.layers import WHOLE, Layer, Seen
 from pedcross_env.camera.layout import scenery_for
 from pedcross_env.camera.lens import lens_of
 from pedcross_env.camera.light import LUMA, Light, flashed, light_of
@@ -51,6 +51,7 @@ from pedcross_env.weather.weather import Weather
 
 __all__ = ["Renderer"]
 
+BY_PLACE = np.zeros(0, np.bool_)
 UNFINISHED = np.zeros((0, 0), np.float32)
 MOST_YAW_DEG = 6.0  # of the mount, for the ground kernel that works by rows
 
@@ -288,12 +289,13 @@ class Renderer:
         pose, light, env, lamps, beams, table, (cast, sunlit, shadows) = moment
         scenery, (channels, height, width) = self._scenery, out.shape
         size, optics, xs = (height, width), (pose.focal_px, pose.cx, pose.cy), self._xs
+        belong = BY_PLACE if layer.actors is None else layer.actors
         nearest, weight = _part(self._canvas[1], size), _part(self._canvas[2], size)
         draw_scene(
-            in_layer(cast, layer), *cast[1:],
+            *cast,
             self._vehicles, self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
             pose.rotation, pose.origin, env, lamps, beams, table, optics, xs, size, self._scratch[channels], (out, alpha, nearest, weight, depth, ids),
-            owners, (sunlit, self._shade.groups, self._shade.panels), (*layer.start, *layer.end), self._buf,
+            owners, (sunlit, self._shade.groups, self._shade.panels), belong, (*layer.start, *layer.end), self._buf,
         )  # fmt: skip
         rest = (out, alpha, weight, depth, ids)
         lights = (self._ground_map, scenery.ground_frame, beams, table)
@@ -364,7 +366,7 @@ class Renderer:
             self._vehicles, self._materials, scenery.capsules[:0], scenery.groups[:0], scenery.panels[:0], (self._front_maps, scenery.map_frame, self._crowns),
             pose.rotation, pose.origin, self._moments.env(snapshot, pose, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
             self._moments.table(snapshot), (pose.focal_px, pose.cx - u0, pose.cy - v0), xs, shape, (light.ravel(), cover.ravel(), inverse.ravel()),
-            (out, alpha, nearest, weight, depth, ids), True, (np.ones(1), np.ones(0), np.ones(0)), (*WHOLE.start, *WHOLE.end), self._buf,
+            (out, alpha, nearest, weight, depth, ids), True, (np.ones(1), np.ones(0), np.ones(0)), BY_PLACE, (*WHOLE.start, *WHOLE.end), self._buf,
         )  # fmt: skip
         mask = alpha >= 0.5
         return (mask, u0, v0) if self._lens is None else (mask.reshape(-1)[self._lens.nearest], 0, 0)

@@ -6,32 +6,9 @@ import numpy as np
 
 from pedcross_env.camera.kernels.jit import entry, kernel
 
-__all__ = ["lay", "lay_all", "pick"]
+__all__ = ["lay", "lay_all"]
 
 F1 = np.float32(1)
-
-
-@entry
-def pick(numbers, belong, slab, picked):
-    """Copy (N, 14) a cast's numbers, with no length where something is not of a layer.
-
-    Args:
-        numbers: (N, 14) see kernels.scene.
-        belong: (n,) bool, whether the first n are of it.
-        slab: World x from which, on the right and on the left, and up to which the others are of it.
-        picked: (N, 14) written.
-    """
-    for i in range(numbers.shape[0]):
-        for k in range(numbers.shape[1]):
-            picked[i, k] = numbers[i, k]
-        if i < belong.size:
-            chosen = belong[i]
-        elif numbers[i, 1] > 0:
-            chosen = numbers[i, 0] >= slab[1] and numbers[i, 0] < slab[3]
-        else:
-            chosen = numbers[i, 0] >= slab[0] and numbers[i, 0] < slab[2]
-        if not chosen:
-            picked[i, 6] = 0.0
 
 
 @kernel

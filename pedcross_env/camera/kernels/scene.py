@@ -217,6 +217,7 @@ def draw_scene(
     frame,
     owners,
     sunlit,
+    belong,
     slab,
     buf,
 ):
@@ -247,8 +248,8 @@ def draw_scene(
         frame: (out (C, H, W), alpha, nearest, weight, depth inverse, ids); what no object covers is left as it is, but for alpha.
         owners: Whether to fill the frame's last three.
         sunlit: Shares of (N,) actors, (G,) groups and (P,) panels that the sun reaches, see kernels.shade.
-        slab: World x where the layer starts on the right and on the left side, and where it ends. Actors and props that are not
-            of it have no length.
+        belong: (n,) bool, whether the first n actors are of the layer; the others, props among them, are by their places.
+        slab: World x where the layer starts on the right and on the left side, and where it ends.
         buf: (24, W).
     """
     n, g = actors.shape[0], groups.shape[0]
@@ -259,7 +260,9 @@ def draw_scene(
         keys[i] = 1e9
     centre = np.empty(3)
     for i in range(n):
-        if actors[i, 6] <= 0.0:  # furniture too far away, or of another layer
+        side = 1 if actors[i, 1] > 0 else 0
+        within = belong[i] if i < belong.size else slab[side] <= actors[i, 0] < slab[2 + side]
+        if not within or actors[i, 6] <= 0.0:  # of another layer, or furniture too far away
             continue
         _to_camera(rotation, camera, actors[i, 0], actors[i, 1], actors[i, 2] + 0.5 * actors[i, 8], centre)
         diagonal = math.sqrt(actors[i, 6] ** 2 + actors[i, 7] ** 2 + actors[i, 8] ** 2)
