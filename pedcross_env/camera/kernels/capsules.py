@@ -64,12 +64,12 @@ def _cut_ends(seg, dx, dy, dz, q0, q1):
 
 
 @inlined
-def _unite(k, x, dy, seg, thickness, layered, sun, head, old, behind):
-    """Shade a pixel of a capsule and unite it with what its object has there: coverage ``old`` at the inverse depth ``behind``.
+def _shade(k, x, dy, seg, sun, head):
+    """Shade a pixel of a capsule.
 
     Returns:
-        New coverage and inverse depth, shares of the old and of the new radiance; what that is made of: place along the capsule,
-        normal, cosines to the sun and the ego's lamps.
+        Coverage and inverse depth; place along the capsule, normal, cosines to the sun and the ego's lamps; in the picture, the way
+        from the capsule's axis to the pixel: the side that is left free, shorter than 1 where both are.
     """
     dx = x + np.float32(np.int32(k))
     along = (dx * seg[2] + dy * seg[3]) * seg[4]
@@ -79,7 +79,7 @@ def _unite(k, x, dy, seg, thickness, layered, sun, head, old, behind):
     d = np.sqrt(px * px + py * py)
     a = max(F0, min(F1, r - d + HALF) + min(F1, r + d + HALF) - F1)
     a *= max(F0, min(F1, min(seg[15] + along * seg[14], seg[16] - along * seg[14])))
-    scale = F1 / max(r, d + TINY)
+    scale, out = F1 / max(r, d + TINY), F1 / max(d, HALF)
     nx, ny = px * scale, py * scale
     nz = -np.sqrt(max(F0, F1 - nx * nx - ny * ny))
     centre = seg[7] + seg[8] * t
@@ -90,39 +90,91 @@ def _unite(k, x, dy, seg, thickness, layered, sun, head, old, behind):
     point = max(F0, min(F1, r - HALF))
     cos_sun, cos_head = seg[11] + point * (cos_sun - seg[11]), seg[12] + point * (cos_head - seg[12])
     nx, ny, nz = point * nx, point * ny, MEAN_NZ + point * (nz - MEAN_NZ)
+    return a, inverse, t, nx, ny, nz, cos_sun, cos_head, px * out, py * out
+
+
+@inlined
+def _lay_under(a, inverse, old, behind):
+    """Put a pixel's coverage under what its object has there: ``old`` at the inverse depth ``behind``.
+
+    Returns:
+        New coverage and inverse depth, share of the new radiance.
+    """
     total = min(F1, a + old)
-    near = F0 if layered else nearness(inverse, behind, thickness)
+    front = total - old
+    return total, (behind * old + inverse * front) / max(total, TINY), front
+
+
+@inlined
+def _mingle(a, inverse, free_x, free_y, old, behind, was_x, was_y, thickness):
+    """Unite a pixel's coverage with what its object has there; the nearer covers.
+
+    Two parts that leave the same side of the pixel free cover the same of it; others cover what the other leaves, so that there
+    are no gaps between them.
+
+    Returns:
+        New coverage and inverse depth, shares of the old and of the new radiance, and the side that is left free now.
+    """
+    was_x, was_y = was_x if old > F0 else F0, was_y if old > F0 else F0
+    total = min(F1, a + old)
+    alike = max(F0, free_x * was_x + free_y * was_y)
+    total += alike * alike * (max(a, old) - total)
+    near = nearness(inverse, behind, thickness)
     front = near * a + (F1 - near) * (total - old)
-    back = near * min(F1, (F1 - a) / max(old, TINY)) + (F1 - near)
+    back = near * ((total - a) / max(old, TINY)) + (F1 - near)
     inverse = (behind * old * back + inverse * front) / max(total, TINY)
-    return total, inverse, back, front, t, nx, ny, nz, cos_sun, cos_head
+    share = a / max(a + old, TINY)
+    return total, inverse, back, front, was_x + share * (free_x - was_x), was_y + share * (free_y - was_y)
+
+
+@inlined
+def _radiance(light, heads, t, nx, ny, nz, cos_sun, cos_head):
+    value = light[0] + light[1] * nx + light[2] * ny + light[3] * nz + light[4] * cos_sun + light[5]
+    return value + (heads[0] + heads[1] * t) * cos_head
 
 
 @kernel
-def _fill_grey(x, dy, seg, light, heads, sun, head, alpha, inverse, plane):
-    thickness, layered = seg[13], seg[10] > F0
+def _under_grey(x, dy, seg, light, heads, sun, head, alpha, inverse, plane):
     for k in range(alpha.shape[0]):
-        alpha[k], inverse[k], back, front, t, nx, ny, nz, cos_sun, cos_head = _unite(
-            k, x, dy, seg, thickness, layered, sun, head, alpha[k], inverse[k]
-        )
-        value = light[0] + light[1] * nx + light[2] * ny + light[3] * nz + light[4] * cos_sun + light[5]
-        plane[k] = plane[k] * back + (value + (heads[0] + heads[1] * t) * cos_head) * front
+        a, depth, t, nx, ny, nz, cos_sun, cos_head, _, _ = _shade(k, x, dy, seg, sun, head)
+        alpha[k], inverse[k], front = _lay_under(a, depth, alpha[k], inverse[k])
+        plane[k] += _radiance(light, heads, t, nx, ny, nz, cos_sun, cos_head) * front
 
 
 @kernel
-def _fill_colour(x, dy, seg, light, heads, sun, head, alpha, inverse, plane0, plane1, plane2):
-    thickness, layered = seg[13], seg[10] > F0
-    red, green, blue = light
+def _under_colour(x, dy, seg, light, heads, sun, head, alpha, inverse, plane0, plane1, plane2):
     for k in range(alpha.shape[0]):
-        alpha[k], inverse[k], back, front, t, nx, ny, nz, cos_sun, cos_head = _unite(
-            k, x, dy, seg, thickness, layered, sun, head, alpha[k], inverse[k]
+        a, depth, t, nx, ny, nz, cos_sun, cos_head, _, _ = _shade(k, x, dy, seg, sun, head)
+        alpha[k], inverse[k], front = _lay_under(a, depth, alpha[k], inverse[k])
+        plane0[k] += _radiance(light[0], heads[0], t, nx, ny, nz, cos_sun, cos_head) * front
+        plane1[k] += _radiance(light[1], heads[1], t, nx, ny, nz, cos_sun, cos_head) * front
+        plane2[k] += _radiance(light[2], heads[2], t, nx, ny, nz, cos_sun, cos_head) * front
+
+
+@kernel
+def _mingle_grey(x, dy, seg, light, heads, sun, head, alpha, inverse, right, down, plane):
+    thickness = seg[13]
+    for k in range(alpha.shape[0]):
+        a, depth, t, nx, ny, nz, cos_sun, cos_head, free_x, free_y = _shade(k, x, dy, seg, sun, head)
+        alpha[k], inverse[k], back, front, right[k], down[k] = _mingle(
+            a, depth, free_x, free_y, alpha[k], inverse[k], right[k], down[k], thickness
         )
-        value = red[0] + red[1] * nx + red[2] * ny + red[3] * nz + red[4] * cos_sun + red[5]
-        plane0[k] = plane0[k] * back + (value + (heads[0][0] + heads[0][1] * t) * cos_head) * front
-        value = green[0] + green[1] * nx + green[2] * ny + green[3] * nz + green[4] * cos_sun + green[5]
-        plane1[k] = plane1[k] * back + (value + (heads[1][0] + heads[1][1] * t) * cos_head) * front
-        value = blue[0] + blue[1] * nx + blue[2] * ny + blue[3] * nz + blue[4] * cos_sun + blue[5]
-        plane2[k] = plane2[k] * back + (value + (heads[2][0] + heads[2][1] * t) * cos_head) * front
+        plane[k] = plane[k] * back + _radiance(light, heads, t, nx, ny, nz, cos_sun, cos_head) * front
+
+
+@kernel
+def _mingle_colour(
+    x, dy, seg, light, heads, sun, head, alpha, inverse, right, down, plane0, plane1, plane2
+):  # fmt: skip
+    thickness = seg[13]
+    for k in range(alpha.shape[0]):
+        a, depth, t, nx, ny, nz, cos_sun, cos_head, free_x, free_y = _shade(k, x, dy, seg, sun, head)
+        alpha[k], inverse[k], back, front, right[k], down[k] = _mingle(
+            a, depth, free_x, free_y, alpha[k], inverse[k], right[k], down[k], thickness
+        )
+        plane0[k] = plane0[k] * back + _radiance(light[0], heads[0], t, nx, ny, nz, cos_sun, cos_head) * front
+        plane1[k] = plane1[k] * back + _radiance(light[1], heads[1], t, nx, ny, nz, cos_sun, cos_head) * front
+        plane2[k] = plane2[k] * back + _radiance(light[2], heads[2], t, nx, ny, nz, cos_sun, cos_head) * front
 
 
 @inlined
@@ -131,7 +183,7 @@ def _six(v):
 
 
 @kernel
-def _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse):
+def _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse, free):
     """Shade and unite one row; see ``draw_capsule`` and ``rows.merge_row``.
 
     seg: u0, v0, du, dv, 1 / length^2, r0, dr (pixels), 1/z0, its slope, radius in metres, 1 if layered, mean cosines (2), how far
@@ -148,22 +200,32 @@ def _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse):
     )  # fmt: skip
     x, dy = np.float32(f0) + HALF - seg[0], np.float32(row) + HALF - seg[1]
     towards, shining = (sun[0], sun[1], sun[2]), (head[0], head[1], head[2])
+    cover, depth, right, down = (
+        alpha[row, f0:f1],
+        inverse[row, f0:f1],
+        free[0][row, f0:f1],
+        free[1][row, f0:f1],
+    )
     if planes.shape[0] == 1:
-        _fill_grey(
-            x, dy, facts, _six(light[0]), (heads[0, 0], heads[0, 1]), towards, shining, alpha[row, f0:f1], inverse[row, f0:f1],
-            planes[0, row, f0:f1],
-        )  # fmt: skip
+        lit, beam, plane = _six(light[0]), (heads[0, 0], heads[0, 1]), planes[0, row, f0:f1]
+        if seg[10] > F0:
+            _under_grey(x, dy, facts, lit, beam, towards, shining, cover, depth, plane)
+        else:
+            _mingle_grey(x, dy, facts, lit, beam, towards, shining, cover, depth, right, down, plane)
+        return
+    three = (_six(light[0]), _six(light[1]), _six(light[2]))
+    beams = ((heads[0, 0], heads[0, 1]), (heads[1, 0], heads[1, 1]), (heads[2, 0], heads[2, 1]))
+    red, green, blue = planes[0, row, f0:f1], planes[1, row, f0:f1], planes[2, row, f0:f1]
+    if seg[10] > F0:
+        _under_colour(x, dy, facts, three, beams, towards, shining, cover, depth, red, green, blue)
     else:
-        lit = (_six(light[0]), _six(light[1]), _six(light[2]))
-        beam = ((heads[0, 0], heads[0, 1]), (heads[1, 0], heads[1, 1]), (heads[2, 0], heads[2, 1]))
-        _fill_colour(
-            x, dy, facts, lit, beam, towards, shining, alpha[row, f0:f1], inverse[row, f0:f1],
-            planes[0, row, f0:f1], planes[1, row, f0:f1], planes[2, row, f0:f1],
-        )  # fmt: skip
+        _mingle_colour(
+            x, dy, facts, three, beams, towards, shining, cover, depth, right, down, red, green, blue
+        )
 
 
 @kernel
-def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, seg, spans):
+def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, free, seg, spans):
     """Draw a tapered capsule into its object's scratch planes.
 
     Args:
@@ -178,6 +240,8 @@ def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch,
         optics: (focal, cx, cy).
         size: (height, width).
         scratch: (planes, alpha, inverse depth).
+        free: (H, W) float32 twice: the side of each pixel that the object leaves free, to the right and down; what is not covered yet
+            may hold anything. Not touched where primitives are drawn strictly front to back.
         seg: (17,) float32 work space; [10] is 1 where primitives are drawn strictly front to back, posts with flat ends.
         spans: What the object covers, extended by ``grow``.
     """
@@ -216,5 +280,5 @@ def draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch,
     for row in range(row0, row1):
         f0, f1 = _span(u0, v0, q0, u1, v1, q1, row, a, b)
         if f1 > f0:
-            _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse)
+            _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse, free)
             grow(spans, row, f0, f1)

@@ -127,7 +127,22 @@ def _light_part(part, p0, p1, share, env, fields, table, work):
 
 @kernel
 def draw_pedestrian(
-    actor, build, body, rotation, camera, env, lamps, beams, table, optics, size, scratch, work, people, spans
+    actor,
+    build,
+    body,
+    rotation,
+    camera,
+    env,
+    lamps,
+    beams,
+    table,
+    optics,
+    size,
+    scratch,
+    free,
+    work,
+    people,
+    spans,
 ):
     """Draw one pedestrian into its object's scratch planes.
 
@@ -144,6 +159,7 @@ def draw_pedestrian(
         optics: (focal, cx, cy).
         size: (height, width).
         scratch: (planes (C, H, W), alpha, inverse depth).
+        free: (H, W) twice, work space, see ``draw_capsule``.
         work: Work space of a capsule, see kernels.scene.
         people: From ``people_work``.
         spans: What the object covers, extended.
@@ -181,5 +197,5 @@ def draw_pedestrian(
         _light_part(part, p0, p1, share, env, fields, table, work)
         draw_capsule(
             p0, p1, part[P_RADIUS] * grown, part[P_RADIUS + 1] * grown, work[2], work[3], work[4], work[5], optics, size,
-            scratch, work[6], spans,
+            scratch, free, work[6], spans,
         )  # fmt: skip

@@ -26,7 +26,14 @@ from pedcross_env.camera.kernels.polyhedra import polyhedron_work
 from pedcross_env.camera.kernels.rows import F0, composite_row, fill_row, mean_depths
 from pedcross_env.camera.kernels.vehicles import draw_vehicle, vehicle_work
 from pedcross_env.camera.kernels.visible import move_outlines, outline_walls, visible_parts, visible_work
-from pedcross_env.camera.kernels.windows import houses_window, look_through, store, visible, window_of
+from pedcross_env.camera.kernels.windows import (
+    houses_window,
+    look_through,
+    plane_of,
+    store,
+    visible,
+    window_of,
+)
 
 __all__ = ["BODY_REACH_M", "REACH", "REACH_M", "ROOF_KIND", "draw_scene"]
 
@@ -77,7 +84,10 @@ def _capsule_lit(p0, p1, r0, r1, albedo, shine, env, lamps, beams, table, optics
         away += (env[ENV_BEAM_POSITION + k] - middle[k]) ** 2
     for k in range(3):
         head[k] = (env[ENV_BEAM_POSITION + k] - middle[k]) / math.sqrt(away)
-    draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, seg, spans)
+    # strictly front to back: coverage stands for what is not touched
+    draw_capsule(
+        p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, (scratch[1], scratch[1]), seg, spans
+    )
 
 
 @allocating
@@ -216,6 +226,7 @@ def draw_scene(
     scratch,
     frame,
     owners,
+    free,
     sunlit,
     belong,
     slab,
@@ -247,6 +258,7 @@ def draw_scene(
         scratch: (planes (C H W,), alpha (H W,), inverse depth (H W,)), zeroed; zeroed again on return.
         frame: (out (C, H, W), alpha, nearest, weight, depth inverse, ids); what no object covers is left as it is, but for alpha.
         owners: Whether to fill the frame's last three.
+        free: (H W,) float32 twice, work space.
         sunlit: Shares of (N,) actors, (G,) groups and (P,) panels that the sun reaches, see kernels.shade.
         belong: (n,) bool, whether the first n actors are of the layer; the others, props among them, are by their places.
         slab: World x where the layer starts on the right and on the left side, and where it ends.
@@ -319,7 +331,8 @@ def draw_scene(
             )  # fmt: skip
         else:
             draw_pedestrian(
-                actors[k], builds[k], bodies[k], rotation, camera, env, lamps, beams, table, view, extent, planes, work, people, spans,
+                actors[k], builds[k], bodies[k], rotation, camera, env, lamps, beams, table, view, extent, planes,
+                (plane_of(window, free[0]), plane_of(window, free[1])), work, people, spans,
             )  # fmt: skip
         ident = idents[k, 0] if k < n else INT(groups[k - n, 6])
         _put(planes, window, spans, ident, env, air, frame, owners, buf)

@@ -10,7 +10,7 @@ import math
 from pedcross_env.camera.kernels.jit import LANES, allocating, kernel
 from pedcross_env.camera.kernels.polygons import NEAR_M
 
-__all__ = ["houses_window", "look_through", "store", "visible", "window_of"]
+__all__ = ["houses_window", "look_through", "plane_of", "store", "visible", "window_of"]
 
 
 @kernel
@@ -67,6 +67,12 @@ def look_through(window, planes, channels, optics):
         inverse[:pixels].reshape((rows, columns)),
     )  # fmt: skip
     return scratch, (focal, cx - left, cy - top), (rows, columns)
+
+
+@allocating
+def plane_of(window, plane):
+    """One more plane of a window's size."""
+    return plane[: window[2] * window[3]].reshape((window[2], window[3]))
 
 
 @kernel
