@@ -19,7 +19,7 @@ LAYERS = (
 def spoil(camera, monkeypatch, value):
     """Let all memory that pictures are drawn in hold a value."""
     empty = np.empty
-    for plane in (*camera._canvas, camera._passing):
+    for plane in (*camera._canvas, camera._passing, *camera._sides):
         plane.fill(value)
 
     def spoilt(shape, dtype=float):

@@ -166,18 +166,8 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
     letters, board, shops = buf[LETTERS, foot:n], buf[BOARD, foot:n], entered and panel[40] > panel[39]
     if shops:
         hang_signs(
-            low_s,
-            low_t,
-            low_ws,
-            low_wt,
-            entrances,
-            int(panel[16]),
-            low_trim,
-            low_pane,
-            accent,
-            letters,
-            board,
-        )
+            low_s, low_t, low_ws, low_wt, entrances, int(panel[16]), low_trim, low_pane, accent, letters, board
+        )  # fmt: skip
     weigh_surfaces(inverse, away, stone, trim, pane, shade, shine)
     if entered:
         part_accent(shade[foot:], low_trim, accent)

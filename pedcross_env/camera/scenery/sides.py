@@ -6,10 +6,8 @@ import numpy as np
 
 __all__ = ["finish_side_wall"]
 
-PIERCED, PIERCED_ABOVE = (
-    0.85,
-    0.6,
-)  # share of side walls with windows: from the ground up, and above a neighbour
+PIERCED = 0.85  # share of side walls with windows: of those from the ground up,
+PIERCED_ABOVE = 0.6  # and of what is seen of them above a neighbour
 COLUMNS = (1, 4)  # of windows, least and beyond the most
 WINDOW_M = (0.8, 1.2)  # width of one
 LEAST_M = 4.0  # length of a wall with windows
