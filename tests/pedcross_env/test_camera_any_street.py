@@ -83,7 +83,8 @@ def check_picture(view: Renderer, moment: Snapshot, flash_lx: float) -> None:
         assert (np.abs(seen - ahead) <= reach).all()
 
 
-@pytest.mark.parametrize("seed", range(STREETS))
+# 30: side walls without windows at night, whose panes' bars took light away where there was no glass
+@pytest.mark.parametrize("seed", sorted({*range(STREETS), 30}))
 def test_light_is_never_negative_and_depths_and_ids_agree(seed: int) -> None:
     rng = np.random.default_rng(seed)
     env, moments = some_moments(rng, seed)

@@ -135,7 +135,8 @@ def upper_pattern(s, t, ws, wt, base_z, upper, floor, seed, stone, trim, pane, s
     ms, mt = MARGIN / bay, MARGIN / storey
     thin_s, thin_t = max(F0, duty_s - TWO * ms), max(F0, duty_t - TWO * mt)
     inv_bay, inv_storey = F1 / bay, F1 / storey
-    bar, bar_from = BAR / bay, ms + HALF * (thin_s - BAR / bay)
+    bar = min(BAR / bay, thin_s)  # none where there is no glass
+    bar_from = ms + HALF * (thin_s - bar)
     step_s, step_t = CURTAIN_STEPS
     wall = bay - bay * duty_s
     # bands of glass, between whose panes is no more than frames, look alike throughout: from afar they are seen as one
@@ -189,7 +190,8 @@ def ground_pattern(s, t, ws, wt, ground, entrances, stone, trim, pane, accent):
     soiled = PLINTH_TONE * (F1 - tone)
     margin, inv_bay = MARGIN / bay, F1 / bay
     thin = max(F0, duty - TWO * margin)
-    bar, bar_from = BAR * inv_bay, margin + HALF * (thin - BAR * inv_bay)
+    bar = min(BAR * inv_bay, thin)
+    bar_from = margin + HALF * (thin - bar)
     for i in range(s.shape[0]):
         half, half_up = max(HALF * ws[i], LEAST_HALF), max(HALF * wt[i], LEAST_HALF)
         both = HALF / (half * half_up)
