@@ -32,15 +32,14 @@ from pedcross_env.layering import Cadence
 
 __all__ = ["WHOLE_SCENE", "Parting", "Planes"]
 
-# Planes at which layers may part, so far ahead of the camera at the least; and what rendering all that is nearer costs,
-# in renders of the whole scene.
+# Planes at which layers may part, so far ahead of the camera at the least. What rendering all that is nearer costs, and the
+# whole scene as a layer, is in renders of the whole scene: means of twelve streets.
 AHEAD_M = np.array([6.0, 9.0, 12.0, 19.0, 28.0, 40.0, 60.0])
-NEARER = np.array([0.20, 0.26, 0.31, 0.41, 0.50, 0.58, 0.68])
-BETWEEN, BEYOND = 0.05, 0.09  # what a layer adds that others lie behind, and the farthest
+NEARER, ALL_OF_IT = np.array([0.10, 0.17, 0.225, 0.315, 0.395, 0.465, 0.55]), 0.85
+BETWEEN, BEYOND = 0.045, 0.06  # what a layer adds that others lie behind, and the farthest
 LAID = 0.02  # of putting a layer more into each picture
 GRID_M = 5.0  # of the places along the street where planes are looked for
 MOST_PLANES = MOST_LAYERS - 1
-MOST_STRIDE = 8  # instants from one render of a layer to the next: more were no quicker, and less exact
 YAW_RAD = 0.1  # of the camera, up to which planes across the street part what is near from what is far
 LASTING = 0.65  # of its distance, to which a plane may come nearer before its layers reach too far up
 LEAST_AHEAD_M = 4.0  # of a plane that is kept
@@ -156,7 +155,8 @@ class Parting:
         grid_m = GRID_M * np.ceil((x + AHEAD_M) / GRID_M)
         places = np.array([*(min(self._border(place)) for place in grid_m.tolist()), *kept.places_m])
         motion = layer_motion_px(poses, self._around, before, after, places)
-        strides = np.clip(instants * most_px // np.maximum(motion, 1e-9), 1, min(instants, MOST_STRIDE))
+        longest = np.clip(instants * most_px // np.maximum(motion, 1e-9), 1, instants)
+        strides = np.ceil(instants / np.ceil(instants / longest))  # as few renders, evenly spread
         near = np.interp(places - x, AHEAD_M, NEARER)
         costs, anew = _costs(ANY, near[:grid], strides[:grid], instants)
         best = int((costs + SWITCH * anew).argmin())
@@ -208,7 +208,7 @@ def _costs(
         strides: (P,) instants between two renders of what is beyond it.
         instants: Of the step.
     """
-    ends = np.append(near, 1.0 + BEYOND - BETWEEN)[ways.following]
+    ends = np.append(near, ALL_OF_IT + BEYOND - BETWEEN)[ways.following]
     each = np.where(ways.chosen, ends - near + BETWEEN, 0.0)
     costs = instants * (near[ways.first] + LAID * ways.number) + (np.ceil(instants / strides) * each).sum(
         axis=1
