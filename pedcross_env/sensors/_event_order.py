@@ -9,6 +9,7 @@ the keys are dealt a second time, with what the fullest row needs.
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Iterator
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import DTypeLike
 
 from pedcross_env.camera.kernels.jit import exact_entry, inlined
 
-__all__ = ["array_of", "in_order", "write", "write_in_order"]
+__all__ = ["array_of", "in_order", "workspace", "write", "write_in_order"]
 
 _FEW = 16384  # keys that are sorted as they are
 _ROW = 384  # keys of a row on average, at most: few rows get more than 512
@@ -36,6 +37,20 @@ def array_of(number: int, dtype: DTypeLike) -> np.ndarray:
     """
     step = max(1, (1 << number.bit_length()) // 16)
     return np.empty(-(-number // step) * step, dtype)[:number]
+
+
+_thread = threading.local()
+
+
+def workspace(name: str, number: int, dtype: DTypeLike) -> np.ndarray:
+    """(number,) of whatever content, until the calling thread asks for this name again.
+
+    What works on every frame keeps its memory: returned to the system and asked for anew it would cost a sixth of a step.
+    """
+    held: dict[str, np.ndarray] = _thread.__dict__
+    if name not in held or held[name].size < number:
+        held[name] = np.empty(number, dtype)
+    return held[name][:number]
 
 
 def in_order(keys: np.ndarray, span: int | None = None) -> np.ndarray:
@@ -80,7 +95,7 @@ def _in_rows(keys: np.ndarray, span: int | None) -> tuple[np.ndarray, np.ndarray
     most = math.ceil(_FILL * keys.size / rows)
     while most * rows <= _WORST_FILL * keys.size:
         lines = -(-most // _LINE) | 1  # odd, else rows would share few places of the processor's cache
-        halves = array_of(rows * lines * _LINE, np.uint32).reshape(rows, lines * _LINE)
+        halves = workspace("halves", rows * lines * _LINE, np.uint32).reshape(rows, lines * _LINE)
         most = int(_deal(keys, np.uint64(shift), counts, halves))
         if most <= halves.shape[1]:
             return halves, counts, np.uint64(shift)

@@ -29,7 +29,7 @@ from pedcross_env.sensors import _dvs_kernels as ours
 from pedcross_env.sensors import _dvs_maths as maths
 from pedcross_env.sensors import _noise_kernels as noise_kernels
 from pedcross_env.sensors import _v2e_kernels as v2e
-from pedcross_env.sensors._event_order import array_of, in_order, write, write_in_order
+from pedcross_env.sensors._event_order import array_of, in_order, workspace, write, write_in_order
 from pedcross_env.sensors._fire_kernels import LADDER, LANES
 from pedcross_env.sensors.dvs_config import DvsConfig
 from pedcross_env.sensors.dvs_state import FRAME_STREAMS, NO_LABELS, DvsState, check_frame, initial_state
@@ -61,19 +61,22 @@ def _index_bits(pixels: int) -> int:
 def _run(
     state: DvsState, log_frame: np.ndarray, time_ns: int, config: DvsConfig, counts: np.ndarray
 ) -> tuple[DvsState, np.ndarray]:
-    """Advance by one frame; add to ``counts`` if it has rows, else return the events' sort keys, in any order."""
+    """Advance by one frame; add to ``counts`` if it has rows, else return the events' sort keys, in any order.
+
+    The keys last until this thread's next frame.
+    """
     log_frame = check_frame(log_frame, state.log_frame.shape)
     require(time_ns > state.time_ns, "time_ns", time_ns, f"later than the previous frame's {state.time_ns}")
     longest = 1 << (62 - _index_bits(log_frame.size))
     require(time_ns - state.time_ns < longest, "time_ns", time_ns,
             f"less than {longest} ns after the previous frame's {state.time_ns}")  # fmt: skip
     run = {"pedcross": _run_ours, "carla": _run_carla, "v2e": _run_v2e}[config.model]
-    keys = _NO_KEYS if len(counts) else np.empty(_EVENTS_PER_PIXEL * log_frame.size, np.uint64)
+    keys = _NO_KEYS if len(counts) else workspace("keys", _EVENTS_PER_PIXEL * log_frame.size, np.uint64)
     advanced, found = run(state, log_frame, int(time_ns), config, counts, keys)
     if len(counts):
         return advanced, _NO_KEYS
     if found + LANES > keys.size:
-        keys = array_of(found + LANES, np.uint64)
+        keys = workspace("keys", found + LANES, np.uint64)
         advanced, found = run(state, log_frame, int(time_ns), config, counts, keys)
     return advanced, keys[:found]
 
