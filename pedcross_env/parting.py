@@ -32,8 +32,8 @@ from pedcross_env.layering import Cadence
 
 __all__ = ["WHOLE_SCENE", "Parting", "Planes"]
 
-# Planes at which layers may part, so far ahead of the camera at the least. What rendering all that is nearer costs, and the
-# whole scene as a layer, is in renders of the whole scene: means of twelve streets.
+# Planes at which layers may part, so far ahead of the camera at the least. What rendering all that is nearer costs, and
+# the whole scene as a layer, is in renders of the whole scene: means of twelve streets.
 AHEAD_M = np.array([6.0, 9.0, 12.0, 19.0, 28.0, 40.0, 60.0])
 NEARER, ALL_OF_IT = np.array([0.10, 0.17, 0.225, 0.315, 0.395, 0.465, 0.55]), 0.85
 BETWEEN, BEYOND = 0.045, 0.06  # what a layer adds that others lie behind, and the farthest

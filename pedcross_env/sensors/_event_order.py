@@ -45,7 +45,7 @@ _thread = threading.local()
 def workspace(name: str, number: int, dtype: DTypeLike) -> np.ndarray:
     """(number,) of whatever content, until the calling thread asks for this name again.
 
-    What works on every frame keeps its memory: returned to the system and asked for anew it would cost a sixth of a step.
+    What works on every frame keeps its memory: given back and asked for anew it would cost a tenth of a step.
     """
     held: dict[str, np.ndarray] = _thread.__dict__
     if name not in held or held[name].size < number:

@@ -3,7 +3,8 @@
 A window is [start_ns, end_ns): an event at its start is in, one at its end belongs to the next, so windows laid end
 to end use each event once. The window is the caller's, never the first and the last event's: those depend on noise.
 
-Channels of both polarities: 0 = ON, 1 = OFF. Events are EVENT_DTYPE arrays sorted by time.
+Channels of both polarities: 0 = ON, 1 = OFF. Events are EVENT_DTYPE arrays, sorted by time for CARLA's picture and in
+any order for what only adds them up or asks for the latest.
 """
 
 from __future__ import annotations
@@ -46,21 +47,37 @@ def window(events: np.ndarray, start_ns: int, end_ns: int) -> np.ndarray:
         ConfigError: For a window that does not go forward.
         DataError: For another dtype, or events whose times go back.
     """
+    back = _checked(events, start_ns, end_ns)
+    if back is not None:
+        t = events["t"]
+        raise DataError(
+            f"event {back} is at {t[back]} ns, before the one ahead of it at {t[back - 1]} ns: this needs events in "
+            f"order of time; sort them by events[np.argsort(events['t'], kind='stable')]."
+        )
+    return _between(events, start_ns, end_ns)
+
+
+def _within(events: np.ndarray, start_ns: int, end_ns: int) -> np.ndarray:
+    """The events of [start_ns, end_ns), in whatever order they come."""
+    if _checked(events, start_ns, end_ns) is None:
+        return _between(events, start_ns, end_ns)
+    return events[(events["t"] >= start_ns) & (events["t"] < end_ns)]
+
+
+def _checked(events: np.ndarray, start_ns: int, end_ns: int) -> int | None:
+    """Refuse what is no window or no events; return the first event that lies before the one ahead of it."""
     require(end_ns > start_ns, "end_ns", end_ns, f"later than start_ns = {start_ns}")
     if events.dtype != EVENT_DTYPE or events.ndim != 1:
         raise DataError(
             f"events are {events.dtype} of shape {events.shape}, expected a one-dimensional array of "
             f"contracts.EVENT_DTYPE; pedcross_env.sensors.event_files reads other layouts."
         )
-    t = events["t"]
-    back = np.flatnonzero(t[1:] < t[:-1])
-    if back.size:
-        k = int(back[0]) + 1
-        raise DataError(
-            f"event {k} is at {t[k]} ns, before the one ahead of it at {t[k - 1]} ns: a window needs events in order "
-            f"of time; sort them by events[np.argsort(events['t'], kind='stable')]."
-        )
-    first, last = np.searchsorted(t, [start_ns, end_ns], side="left")
+    back = np.flatnonzero(events["t"][1:] < events["t"][:-1])
+    return int(back[0]) + 1 if back.size else None
+
+
+def _between(events: np.ndarray, start_ns: int, end_ns: int) -> np.ndarray:
+    first, last = np.searchsorted(events["t"], [start_ns, end_ns], side="left")
     return events[first:last]
 
 
@@ -86,7 +103,7 @@ def histogram(events: np.ndarray, shape: Shape, start_ns: int, end_ns: int) -> n
     """Count events per polarity and pixel.
 
     Args:
-        events: (N,) EVENT_DTYPE sorted by time.
+        events: (N,) EVENT_DTYPE in any order.
         shape: (height, width) of the sensor.
         start_ns: Of the window.
         end_ns: Of the window, exclusive.
@@ -94,7 +111,7 @@ def histogram(events: np.ndarray, shape: Shape, start_ns: int, end_ns: int) -> n
     Returns:
         (2, H, W) int32, ON and OFF; nothing saturates.
     """
-    chosen = window(events, start_ns, end_ns)
+    chosen = _within(events, start_ns, end_ns)
     pixels = shape[0] * shape[1]
     index = pixel_index(chosen, shape) + pixels * ~chosen["pol"]
     return np.bincount(index, minlength=2 * pixels).astype(np.int32).reshape(2, *shape)
@@ -109,7 +126,7 @@ def voxel_grid(
     tau = (bins - 1) (t - start) / (end - start) adds s max(0, 1 - |b - tau|) to bin b, s = +1 for ON, -1 for OFF.
 
     Args:
-        events: (N,) EVENT_DTYPE sorted by time.
+        events: (N,) EVENT_DTYPE in any order.
         shape: (height, width) of the sensor.
         start_ns: Of the window.
         end_ns: Of the window, exclusive.
@@ -120,7 +137,7 @@ def voxel_grid(
         (bins, H, W) float32, or (2, bins, H, W) with ``polarities``.
     """
     require(bins >= 1, "bins", bins, "1 or more")
-    chosen = window(events, start_ns, end_ns)
+    chosen = _within(events, start_ns, end_ns)
     pixels = shape[0] * shape[1]
     index = pixel_index(chosen, shape)
     tau = (bins - 1) * (chosen["t"] - start_ns) / (end_ns - start_ns)
@@ -144,7 +161,7 @@ def time_surface(
     """How fresh each pixel's last event is: exp(-(end - t_last) / tau) (Lagorce et al., TPAMI 2017, eq. 3).
 
     Args:
-        events: (N,) EVENT_DTYPE sorted by time.
+        events: (N,) EVENT_DTYPE in any order.
         shape: (height, width) of the sensor.
         start_ns: Of the window.
         end_ns: Of the window, exclusive.
@@ -153,7 +170,7 @@ def time_surface(
     Returns:
         (2, H, W) float32 in [0, 1), ON and OFF; 0 where no event fell.
     """
-    chosen = window(events, start_ns, end_ns)
+    chosen = _within(events, start_ns, end_ns)
     tau_ns = (end_ns - start_ns) / 3 if tau_ns is None else tau_ns
     require(tau_ns > 0, "tau_ns", tau_ns, "positive")
     pixels = shape[0] * shape[1]
@@ -170,7 +187,7 @@ def _carla(events: np.ndarray, shape: Shape, start_ns: int, end_ns: int) -> np.n
 
 def _paper(events: np.ndarray, shape: Shape, start_ns: int, end_ns: int) -> np.ndarray:
     """The paper's one-channel frame, (H, W) uint8: 29 where ON prevails, 76 where OFF does."""
-    return grey_frame(event_counts(window(events, start_ns, end_ns), shape))
+    return grey_frame(event_counts(_within(events, start_ns, end_ns), shape))
 
 
 REPRESENTATIONS: MappingProxyType[str, Callable[[np.ndarray, Shape, int, int], np.ndarray]] = (
@@ -186,7 +203,7 @@ def represent(name: str, events: np.ndarray, shape: Shape, start_ns: int, end_ns
 
     Args:
         name: One of REPRESENTATIONS.
-        events: (N,) EVENT_DTYPE sorted by time.
+        events: (N,) EVENT_DTYPE sorted by time (for CARLA's picture) or in any order.
         shape: (height, width) of the sensor.
         start_ns: Of the window.
         end_ns: Of the window, exclusive.

@@ -180,10 +180,19 @@ def test_events_are_those_that_numpy_sorts(
     camera = replace(config(0.05), **more)
     state = initial_state(before, 7, camera, 0)
     _, events, labels = step_labelled(state, after, 7 + step_ns, camera)
-    _, unlabelled = step(state, after, 7 + step_ns, camera)
+    after_state, unlabelled = step(state, after, 7 + step_ns, camera)
     few = _event_order._FEW
     monkeypatch.setattr(_event_order, "_FEW", 1 << 62)
     _, expected, expected_labels = step_labelled(state, after, 7 + step_ns, camera)
     assert len(expected) > few or more
     assert events.tobytes() == unlabelled.tobytes() == expected.tobytes()
+    same_state, unordered = step(state, after, 7 + step_ns, camera, ordered=False)
+    pixel = unordered["y"].astype(int) * SHAPE[1] + unordered["x"]
+    by_pixel = unordered[np.argsort(pixel, kind="stable")]  # a pixel's own are in order
+    assert (np.diff(by_pixel["t"])[np.diff(np.sort(pixel)) == 0] >= 0).all()
+    assert np.sort(unordered, order=["t", "y", "x", "pol"]).tobytes() == expected.tobytes()
+    assert same_state.reference.tobytes() == after_state.reference.tobytes()
+    assert (unordered.tobytes() == expected.tobytes()) == (
+        camera.bus_events_per_s is not None or len(expected) == 0
+    )
     np.testing.assert_array_equal(labels, expected_labels)

@@ -75,14 +75,27 @@ def test_input_is_left_as_it_was(name: str) -> None:
 def test_bad_windows_times_places_and_names_are_refused(name: str) -> None:
     with pytest.raises(ConfigError, match="later than start_ns = 1000"):
         represent(name, NOTHING, SHAPE, START, START)
-    with pytest.raises(DataError, match="event 1 is at 1 ns"):
-        represent(name, events((0, 0, 2, True), (0, 0, 1, True)), SHAPE, START, END)
     with pytest.raises(DataError, match="outside the shape"):
         represent(name, events((3, 0, START, True)), (4, 3), START, END)
     with pytest.raises(DataError, match="EVENT_DTYPE"):
         represent(name, np.zeros(3), SHAPE, START, END)
     with pytest.raises(ConfigError, match="Did you mean"):
         represent(name[:-1] + "z", NOTHING, SHAPE, START, END)
+
+
+@pytest.mark.parametrize("name", sorted(set(REPRESENTATIONS) - {"carla"}))
+def test_what_only_adds_up_takes_events_in_any_order(name: str) -> None:
+    given_events = random_events(6)
+    shuffled = np.random.default_rng(1).permutation(given_events)
+    expected = represent(name, given_events, SHAPE, START, END)
+    np.testing.assert_allclose(represent(name, shuffled, SHAPE, START, END), expected, atol=1e-5)
+
+
+def test_who_asks_for_the_last_event_needs_them_in_order() -> None:
+    back = events((0, 0, START + 2, True), (0, 0, START + 1, True))
+    for refusing in (window, lambda *given: represent("carla", given[0], SHAPE, *given[1:])):
+        with pytest.raises(DataError, match=f"event 1 is at {START + 1} ns"):
+            refusing(back, START, END)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 700))
