@@ -296,7 +296,7 @@ class Renderer:
             *cast,
             self._vehicles, self._materials, scenery.capsules, scenery.groups, scenery.panels, (self._front_maps, scenery.map_frame, self._crowns),
             pose.rotation, pose.origin, env, lamps, beams, table, optics, xs, size, self._scratch[channels], (out, alpha, nearest, weight, depth, ids),
-            owners, self._sides, (sunlit, self._shade.groups, self._shade.panels), belong, (*layer.start, *layer.end), self._buf,
+            owners, self._sides, (sunlit, self._shade.groups, self._shade.panels, self._shade.edges), belong, (*layer.start, *layer.end), self._buf,
         )  # fmt: skip
         rest = (out, alpha, weight, depth, ids)
         lights = (self._ground_map, scenery.ground_frame, beams, table)
@@ -368,7 +368,7 @@ class Renderer:
             pose.rotation, pose.origin, self._moments.env(snapshot, pose, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
             self._moments.table(snapshot), (pose.focal_px, pose.cx - u0, pose.cy - v0), xs, shape, (light.ravel(), cover.ravel(), inverse.ravel()),
             (out, alpha, nearest, weight, depth, ids), True,
-            (np.zeros_like(light).ravel(), np.zeros_like(light).ravel()), (np.ones(1), np.ones(0), np.ones(0)), BY_PLACE, (*WHOLE.start, *WHOLE.end), self._buf,
+            (np.zeros_like(light).ravel(), np.zeros_like(light).ravel()), (np.ones(1), np.ones(0), np.ones(0), np.ones((0, 1), np.float32)), BY_PLACE, (*WHOLE.start, *WHOLE.end), self._buf,
         )  # fmt: skip
         mask = alpha >= 0.5
         return (mask, u0, v0) if self._lens is None else (mask.reshape(-1)[self._lens.nearest], 0, 0)

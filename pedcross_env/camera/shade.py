@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.shade import sunlit_actors, sunlit_shares
+from pedcross_env.camera.kernels.shade import shade_heights, sunlit_actors, sunlit_shares
 from pedcross_env.camera.kernels.shadows import MAX_EDGES
 from pedcross_env.camera.light import Light
 from pedcross_env.camera.scenery import Scenery, sun_shear
@@ -19,15 +19,15 @@ OVERLAP_M = 0.3  # of the shadows of neighbours: a seam between two soft edges w
 PENUMBRA = 2 * math.tan(math.radians(0.2666))  # of the sun's disc, per metre of way
 ANGLE_SLACK = 1e-3  # sine below which the sun grazes along a wall
 TO_SUN, DARK = 0.0, 1.0
-FACADE_SAMPLES, CLEARANCE_M = 5, 0.05
+FACADE_NODES, CLEARANCE_M = 64, 0.05
 
 
 class Shade:
     """What the houses of one street shade under one sun.
 
     A house is solid, so a ray from a point of the street enters it through a wall that faces that point: the walls turned
-    away from the sun cast all of its shadow. Things above ground are lit by the share of their height that the sun reaches,
-    facades by its mean.
+    away from the sun cast all of its shadow. Things above ground are lit by the share of their height that the sun reaches; on
+    facades the edge of the shade is seen.
 
     Args:
         scenery: The street's standing things.
@@ -36,7 +36,8 @@ class Shade:
     Attributes:
         walls: Those that shade, and the sun, as kernels.shade takes them.
         groups: (G,) shares of the static groups that the sun reaches.
-        panels: (P,) of facades.
+        panels: (P,) of facades: 0, 1, or between where the edge of the shade crosses one.
+        edges: (P, FACADE_NODES) float32, how high up the shade reaches at places evenly along each, m.
         props: (R,) of furniture; roofs rise above all shade.
     """
 
@@ -57,7 +58,9 @@ class Shade:
         self.groups = self._shares(
             np.stack([groups[:, 2], groups[:, 3], middle - rises, middle + rises, half], axis=1)
         )
-        self.panels = self._on_panels(scenery.panels)
+        self.edges = self._on_panels(scenery.panels)
+        height = np.maximum(scenery.panels[:, 7, None], 0.1)
+        self.panels = (1.0 - np.clip(self.edges / height, 0.0, 1.0)).mean(axis=1)
         self.props = np.where(props.idents[:, 0] == StaticClass.BUILDING, 1.0, self.on_actors(props.numbers))
 
     def near(self, low: np.ndarray, size_m: float) -> tuple[np.ndarray, np.ndarray]:
@@ -90,16 +93,15 @@ class Shade:
         return shares
 
     def _on_panels(self, panels: np.ndarray) -> np.ndarray:
-        along = (np.arange(FACADE_SAMPLES) + 0.5) / FACADE_SAMPLES
-        places = np.zeros((len(panels), FACADE_SAMPLES, 5))
-        step = panels[:, 6, None] * along
-        # from just before the front, so that it does not shade itself
-        places[:, :, 0] = panels[:, 0, None] + panels[:, 3, None] * step + CLEARANCE_M * panels[:, 4, None]
-        places[:, :, 1] = panels[:, 1, None] + panels[:, 4, None] * step - CLEARANCE_M * panels[:, 3, None]
-        places[:, :, 2] = panels[:, 2, None]
-        places[:, :, 3] = panels[:, 2, None] + np.maximum(panels[:, 7, None], 0.1)
-        places[:, :, 4] = 0.5 * panels[:, 6, None] / FACADE_SAMPLES
-        return np.asarray(self._shares(places.reshape(-1, 5)).reshape(len(panels), -1).mean(axis=1))
+        edges = np.full((len(panels), FACADE_NODES), -1.0, np.float32)
+        if len(self._walls):
+            step = panels[:, 6, None] * np.linspace(0.0, 1.0, FACADE_NODES)
+            # from just before the front, so that it does not shade itself
+            x = panels[:, 0, None] + panels[:, 3, None] * step + CLEARANCE_M * panels[:, 4, None]
+            y = panels[:, 1, None] + panels[:, 4, None] * step - CLEARANCE_M * panels[:, 3, None]
+            places = np.stack([x, y, np.broadcast_to(panels[:, 2, None], x.shape)], axis=-1)
+            shade_heights(self._walls, self._sun, places.reshape(-1, 3), OVERLAP_M, edges.reshape(-1))
+        return edges
 
 
 def _casting(panels: np.ndarray, sun: np.ndarray) -> np.ndarray:

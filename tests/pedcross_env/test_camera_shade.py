@@ -96,3 +96,58 @@ def test_whoever_stands_in_the_shade_is_as_dark_as_the_road_there(one_house, mon
         return frame.luminance[frame.instance == 20].mean()
 
     assert brightness(FRONT_M - 7.0) < 0.5 * brightness(FRONT_M - 13.0)
+
+
+def opposite(one_house, height_m, length_m=40.0):
+    """The house, so high, and a blank front opposite it."""
+    panels = np.concatenate([one_house.panels, one_house.panels])
+    panels[0, 6], panels[0, 7] = length_m, height_m
+    panels[1, :2], panels[1, 3], panels[1, 7] = (60.0, -FRONT_M), -1.0, 12.0
+    return dataclasses.replace(one_house, panels=panels)
+
+
+@pytest.mark.parametrize("altitude_deg", [15.0, 20.0, 26.0])
+@pytest.mark.parametrize("luminance_only", [True, False])
+def test_the_edge_of_the_shade_on_the_front_opposite_is_where_the_sun_puts_it(
+    one_house, monkeypatch, altitude_deg, luminance_only
+):
+    low_sun = dataclasses.replace(ACROSS, sun_altitude_deg=altitude_deg)
+    moment = snapshot(x=10.0)
+
+    def drawn(height_m):
+        scenery = opposite(one_house, height_m)
+        monkeypatch.setattr("pedcross_env.camera.renderer.scenery_for", lambda street: scenery)
+        camera = renderer(low_sun)
+        return camera.config, camera.render(moment, luminance_only=luminance_only).luminance
+
+    config, seen = drawn(HEIGHT_M)
+    lit, dark = drawn(0.01)[1], drawn(80.0)[1]
+    edge_m = HEIGHT_M - 2 * FRONT_M * math.tan(math.radians(altitude_deg))
+    pose = camera_pose(config, moment.ego)
+    for x in (30.0, 34.0, 38.0):
+        heights = np.arange(0.5, 8.0, 0.5)
+        places = np.stack([np.full(heights.shape, x), np.full(heights.shape, -FRONT_M), heights], axis=1)
+        column, row = project(pose, places)[:, :2].astype(int).T
+        assert (lit[row, column] > 1.5 * dark[row, column]).all()
+        share = (seen - dark)[row, column] / (lit - dark)[row, column]
+        np.testing.assert_allclose(share[heights > edge_m + 0.25], 1.0, atol=1e-3)
+        np.testing.assert_allclose(share[heights < edge_m - 0.25], 0.0, atol=1e-3)
+        edge = project(pose, np.array([[x, -FRONT_M, edge_m]]))[0]
+        at = (seen - dark)[int(edge[1]), int(edge[0])] / (lit - dark)[int(edge[1]), int(edge[0])]
+        assert 0.1 < at < 0.9  # within half a pixel
+    beyond = project(pose, np.array([[44.0, -FRONT_M, 1.0]]))[0]  # the house ends at 40 m
+    assert seen[int(beyond[1]), int(beyond[0])] == pytest.approx(
+        lit[int(beyond[1]), int(beyond[0])], rel=1e-3
+    )
+
+
+def test_shares_on_a_front_come_of_its_edges_of_shade(one_house):
+    low_sun = light_of(dataclasses.replace(ACROSS, sun_altitude_deg=20.0))
+    shade = Shade(opposite(one_house, HEIGHT_M), low_sun)
+    edge_m = HEIGHT_M - 2 * FRONT_M * math.tan(math.radians(20.0))
+    x = np.linspace(60.0, 0.0, shade.edges.shape[1])
+    np.testing.assert_allclose(shade.edges[1][x < 40.0], edge_m, atol=0.03)  # 5 cm before the front
+    assert (shade.edges[1][x > 40.5] < 0).all()
+    assert shade.panels[1] == pytest.approx(1 - 2 / 3 * edge_m / 12.0, abs=0.01)
+    assert Shade(opposite(one_house, 0.01), low_sun).panels[1] == 1.0
+    assert Shade(opposite(one_house, 80.0, 60.0), low_sun).panels[1] == 0.0

@@ -147,6 +147,13 @@ def light_accent(albedo, light, accent, out):
 
 
 @kernel
+def light_accent_by_sun(radiance, accent, share, out):
+    """Add to one plane what the sun, which reaches shares of the pixels, adds to the accent."""
+    for i in range(out.shape[0]):
+        out[i] += radiance * accent[i] * share[i]
+
+
+@kernel
 def light_accent_by_lamps(albedo, light, tint, accent, lamp, head, out):
     """Add one plane of the accent under a uniform light, street lamps and the ego's beam."""
     for i in range(out.shape[0]):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pedcross_env.camera.kernels.entrances import (
@@ -9,16 +11,20 @@ from pedcross_env.camera.kernels.entrances import (
     hang_signs,
     light_accent,
     light_accent_by_lamps,
+    light_accent_by_sun,
     light_signs,
     part_accent,
 )
 from pedcross_env.camera.kernels.facade_light import (
     add_shine,
+    add_sun,
     colour_by_lamps,
     colour_panel,
     head_row,
     lamp_light,
     paint_of,
+    soft_extent,
+    sunlit_above,
     to_luminance,
 )
 from pedcross_env.camera.kernels.facade_pattern import (
@@ -57,6 +63,7 @@ __all__ = ["PANEL_SIZE", "draw_panel", "panel_work"]
 PANEL_SIZE = 44
 CHUNK = 480  # pixels worked on at a time: fits the first-level caches
 COVER, INVERSE, COLOUR, S, T, WS, WT = 0, 2, 4, 7, 8, 9, 10  # rows of the work space
+SUNLIT = 1
 STONE, TRIM, PANE, SHADE, LIT, LAMP, HEAD, SHINE, ACCENT, X, Y = 11, 12, 13, 14, 15, 16, 17, 18, 19, 21, 22
 LETTERS, BOARD = 20, 23
 LIT_SHARE = np.float32(0.22)  # of windows at night
@@ -116,6 +123,42 @@ def _list_pixels(edges, sides, row, bottom, xs, rows, listed, full, buf):
 
 
 @kernel
+def _add_sunshine(panel, n, rows, foot, entered, sun, sunshine, env, channels, buf):
+    """Add the sun's light to the listed pixels where an edge of shade crosses the panel; ``foot`` is the first with an accent."""
+    light, edge, lowest, highest = sunshine
+    if edge.shape[0] == 0 or sun <= 0.0:
+        return
+    low, high = soft_extent(rows[0], rows[1], buf[T, :n], buf[WT, :n])
+    if high <= lowest:
+        return
+    share = buf[SUNLIT, :n]
+    if low >= highest:
+        fill_row(F1, share)
+    else:
+        per_m = np.float32((edge.shape[0] - 1) / panel[6])
+        sunlit_above(buf[S, :n], buf[T, :n], buf[WS, :n], buf[WT, :n], per_m, edge, share)
+    wall, frame, accent = F0, F0, F0
+    for c in range(3):
+        albedo, trim, _, _ = paint_of(panel, env, sun, c)
+        white = np.float32(light[c] * sun / math.pi)
+        if channels == 1:
+            white *= np.float32(LUMA[c])
+            wall, frame, accent = (
+                wall + white * albedo,
+                frame + white * trim,
+                accent + white * np.float32(panel[30 + c]),
+            )
+            if c < 2:
+                continue
+        else:
+            wall, frame, accent = white * albedo, white * trim, white * np.float32(panel[30 + c])
+        out = buf[COLOUR + (c if channels == 3 else 0), :n]
+        add_sun(wall, frame, buf[STONE, :n], buf[TRIM, :n], share, out)
+        if entered:
+            light_accent_by_sun(accent, buf[ACCENT, foot:n], share[foot:], out[foot:])
+
+
+@kernel
 def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
     """Fill the radiance of ``n`` listed pixels: one plane of luminance or three of colour.
 
@@ -124,7 +167,7 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
     """
     plane, least, most, along, rise, shift_s, shift_t, away = geometry
     upper, ground, entrances = layout
-    env, table, lamp_maps, map_frame, optics, sun = light
+    env, table, lamp_maps, map_frame, optics, sun, sunshine = light
     normal, point = vectors
     x, y, inverse = buf[X, :n], buf[Y, :n], buf[INVERSE, :n]
     s, t, ws, wt = buf[S, :n], buf[T, :n], buf[WS, :n], buf[WT, :n]
@@ -185,6 +228,7 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
         colour_panel(grey_wall, grey_frame, grey_mirrored, F1, stone, trim, shine, buf[COLOUR, :n])
         if entered:
             light_accent(grey_accent, F1, accent, buf[COLOUR, foot:n])
+        _add_sunshine(panel, n, rows, foot, entered, sun, sunshine, env, channels, buf)
         return
     lamp, head, lit = buf[LAMP, :n], buf[HEAD, :n], buf[LIT, :n]
     if night:
@@ -226,6 +270,7 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
             light_signs(np.float32(panel[41]), painted, letters, board, out[foot:])
     if channels == 1:
         to_luminance(buf[COLOUR, :n], buf[COLOUR + 1, :n], buf[COLOUR + 2, :n])
+    _add_sunshine(panel, n, rows, foot, entered, sun, sunshine, env, channels, buf)
 
 
 @kernel
@@ -241,12 +286,13 @@ def _add_rows(listed, entries, scratch, buf, spans):
 
 @kernel
 def draw_panel(
-    panel, seen, rotation, camera, env, table, lamp_maps, map_frame, optics, xs, size, scratch, buf, work, spans
+    panel, seen, rotation, camera, env, sunshine, table, lamp_maps, map_frame, optics, xs, size, scratch, buf, work, spans
 ):  # fmt: skip
     """Draw what is seen of one panel into the buildings' scratch planes, behind all that is there already.
 
     The pixels of many rows are listed and shaded together: long loops, not many short ones.
 
+    ``sunshine`` is (its colour, the edge of the shade on the panel); without an edge all of the sun's light is ``env``'s.
     ``seen`` is (corners, their numbers, parts) from ``visible.visible_parts``; ``work`` is from ``panel_work``; ``lamp_maps`` is
     (maps, rows, columns) lx, right and left fronts first, ``map_frame`` (start x, step).
     """
@@ -275,7 +321,10 @@ def draw_panel(
         np.float32(shift_s), np.float32(shift_t), np.float32(abs(distance)),
     )  # fmt: skip
     sun = max(0.0, normal[0] * env[0] + normal[1] * env[1] + normal[2] * env[2])
-    light = (env, table, lamp_maps, map_frame, optics, sun)
+    lowest, highest = np.float32(math.inf), np.float32(-math.inf)
+    for height_m in sunshine[1]:
+        lowest, highest = min(lowest, height_m), max(highest, height_m)
+    light = (env, table, lamp_maps, map_frame, optics, sun, (*sunshine, lowest, highest))
     upper, ground = pattern_of(panel)
     layout = (upper, ground, entrances_of(panel))
     channels = scratch[0].shape[0]

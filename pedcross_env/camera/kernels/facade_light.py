@@ -15,19 +15,23 @@ from pedcross_env.camera.kernels.lighting import (
     head_irradiance,
     sky_radiance,
 )
-from pedcross_env.camera.kernels.rows import F0
+from pedcross_env.camera.kernels.rows import F0, F1, HALF
 
 __all__ = [
     "add_shine",
+    "add_sun",
     "colour_by_lamps",
     "colour_panel",
     "head_row",
     "lamp_light",
     "paint_of",
+    "soft_extent",
+    "sunlit_above",
     "to_luminance",
 ]
 
 FRONTS = 0.35  # albedo of the houses opposite
+PENUMBRA_M = np.float32(0.2)  # of the sun's disc, .53 degrees wide, over a street 20 m wide
 INV_PI = np.float32(1 / math.pi)
 
 
@@ -66,6 +70,45 @@ def add_shine(lit, radiance, out):
     """Add the light of windows."""
     for i in range(out.shape[0]):
         out[i] += lit[i] * radiance
+
+
+@kernel
+def soft_extent(listed, entries, t, wt):
+    """Heights between which an edge of shade shows in listed pixels: what they see, and half of the edge's penumbra."""
+    low, high, at = np.float32(math.inf), np.float32(-math.inf), 0
+    for r in range(entries):
+        last = at + listed[r, 2] - listed[r, 1] - 1
+        half = HALF * (PENUMBRA_M + max(wt[at], wt[last]))  # along a row both only grow or only fall
+        low, high = min(low, min(t[at], t[last]) - half), max(high, max(t[at], t[last]) + half)
+        at = last + 1
+    return low, high
+
+
+@kernel
+def sunlit_above(s, t, ws, wt, per_m, edge, out):
+    """Share of each pixel that lies above an edge of shade, which has ``per_m`` heights per metre along the panel.
+
+    The edge is taken to run straight between where it enters the pixel and where it leaves it.
+    """
+    last, one = np.float32(edge.shape[0] - 1.001), np.uint32(1)
+    for i in range(out.shape[0]):
+        middle, reach = s[i] * per_m, HALF * ws[i] * per_m
+        p, q = min(max(middle - reach, F0), last), min(max(middle + reach, F0), last)
+        a, b = (
+            np.uint32(np.int32(p)),
+            np.uint32(np.int32(q)),
+        )  # unsigned: numba lets a negative index count from the end
+        left = edge[a] + (p - np.float32(np.int32(p))) * (edge[a + one] - edge[a])
+        right = edge[b] + (q - np.float32(np.int32(q))) * (edge[b + one] - edge[b])
+        above = t[i] - HALF * (left + right)
+        out[i] = min(F1, max(F0, HALF + above / (PENUMBRA_M + wt[i] + abs(left - right))))
+
+
+@kernel
+def add_sun(wall, frame, plain, trim, share, out):
+    """Add to one plane what the sun adds to a wall and to frames (radiances) where it reaches them."""
+    for i in range(out.shape[0]):
+        out[i] += (wall * plain[i] + frame * trim[i]) * share[i]
 
 
 @kernel

@@ -259,7 +259,8 @@ def draw_scene(
         frame: (out (C, H, W), alpha, nearest, weight, depth inverse, ids); what no object covers is left as it is, but for alpha.
         owners: Whether to fill the frame's last three.
         free: (H W,) float32 twice, work space.
-        sunlit: Shares of (N,) actors, (G,) groups and (P,) panels that the sun reaches, see kernels.shade.
+        sunlit: Shares of (N,) actors, (G,) groups and (P,) panels that the sun reaches, see kernels.shade; (P, n) float32 how high up
+            the shade reaches along each panel.
         belong: (n,) bool, whether the first n actors are of the layer; the others, props among them, are by their places.
         slab: World x where the layer starts on the right and on the left side, and where it ends.
         buf: (24, W).
@@ -355,7 +356,9 @@ def draw_scene(
         move_outlines(faced, window, seen)
         for k in ranks[:count]:
             i = which[k]
-            _shine(env, sun, sunlit[2][i] if i >= 0 else 1.0)
+            share = sunlit[2][i] if i >= 0 else 1.0
+            crossed = 0.0 < share < 1.0  # by an edge of shade
+            _shine(env, sun, 0.0 if crossed else share)
             if i < 0:
                 roof = -1 - i
                 draw_vehicle(
@@ -365,9 +368,10 @@ def draw_scene(
                 continue
             parts = visible_parts(i, faced, panels, rotation, camera, view, seen)
             if parts > 0:
+                edge = sunlit[3][i]
                 draw_panel(
-                    panels[i], (seen[4], seen[5], parts), rotation, camera, env, table, maps[0], maps[1], view, xs[: extent[1]], extent,
-                    planes, buf, fronts, spans,
+                    panels[i], (seen[4], seen[5], parts), rotation, camera, env, (sun, edge if crossed else edge[:0]), table, maps[0],
+                    maps[1], view, xs[: extent[1]], extent, planes, buf, fronts, spans,
                 )  # fmt: skip
         _shine(env, sun, 1.0)
         for row in range(spans[size[0], 0], spans[size[0], 1]):

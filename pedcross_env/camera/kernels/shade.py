@@ -4,9 +4,22 @@ from __future__ import annotations
 
 import math
 
-from pedcross_env.camera.kernels.jit import entry, kernel
+from pedcross_env.camera.kernels.jit import entry, inlined, kernel
 
-__all__ = ["shrink_far", "sunlit_actors", "sunlit_shares"]
+__all__ = ["shade_heights", "shrink_far", "sunlit_actors", "sunlit_shares"]
+
+
+@inlined
+def _ray_to_wall(wall, sun, x, y):
+    """Where a ray from (x, y) towards the sun meets a wall's plane: how far on (0: nowhere) and how far along the wall; the
+    wall's length and how wide it looks from there."""
+    ex, ey = wall[2] - wall[0], wall[3] - wall[1]
+    dx, dy = wall[0] - x, wall[1] - y
+    turn = ex * sun[1] - ey * sun[0]  # sin of the angle between wall and ray, times the wall's length
+    length = math.sqrt(ex * ex + ey * ey)
+    if turn == 0.0:
+        return 0.0, 0.0, length, 0.0
+    return (ex * dy - ey * dx) / turn, (sun[0] * dy - sun[1] * dx) / turn * length, length, abs(turn)
 
 
 @kernel
@@ -14,17 +27,10 @@ def _sunlit_share(walls, sun, x, y, foot, top, half):
     """Share of an upright thing that no wall shades; see ``sunlit_shares``."""
     shaded = 0.0
     for k in range(walls.shape[0]):
-        ex, ey = walls[k, 2] - walls[k, 0], walls[k, 3] - walls[k, 1]
-        dx, dy = walls[k, 0] - x, walls[k, 1] - y
-        turn = ex * sun[1] - ey * sun[0]  # sin of the angle between wall and ray, times the wall's length
-        if turn == 0.0:
-            continue
-        away = (ex * dy - ey * dx) / turn
+        away, along, length, width = _ray_to_wall(walls[k], sun, x, y)
         if away <= 0.0 or away * sun[2] > walls[k, 4] - foot:
             continue
-        length = math.sqrt(ex * ex + ey * ey)
-        along = (sun[0] * dy - sun[1] * dx) / turn * length
-        reach = half * length / abs(turn)  # the thing's width as the wall sees it
+        reach = half * length / width  # the thing's width as the wall sees it
         cover = min(along, length - along) / (2.0 * reach) + 1.0
         if cover <= 0.0:
             continue
@@ -50,6 +56,26 @@ def sunlit_shares(walls, sun, places, shares):
     for i in range(places.shape[0]):
         p = places[i]
         shares[i] = _sunlit_share(walls, sun, p[0], p[1], p[2], p[3], p[4])
+
+
+@entry
+def shade_heights(walls, sun, places, overlap, heights):
+    """Fill how high up the walls shade what stands at places; see ``sunlit_shares``.
+
+    Args:
+        walls: (W, 5). sun: (3,).
+        places: (N, 3) float64: x, y, foot.
+        overlap: Metres by which walls are longer than they are, so that the shades of neighbours leave no seam.
+        heights: (N,) float32, filled: metres above the foot, or below it where nothing is shaded.
+    """
+    for i in range(places.shape[0]):
+        x, y, foot = places[i, 0], places[i, 1], places[i, 2]
+        highest = -1.0
+        for k in range(walls.shape[0]):
+            away, along, length, _ = _ray_to_wall(walls[k], sun, x, y)
+            if away > 0.0 and -overlap <= along <= length + overlap:
+                highest = max(highest, walls[k, 4] - away * sun[2] - foot)
+        heights[i] = highest
 
 
 @entry
