@@ -83,7 +83,7 @@ def _built(street: StreetSpec, loose: bool, registries: object) -> Scenery:
     """Build a street; what was registered in between makes it another one."""
     house_rng, furniture_rng = np.random.default_rng([street.seed & 0xFFFFFFFF, 11]).spawn(2)
     rows = building_rows(street, house_rng, loose)
-    things = standing_things(street, rows.roofs, furniture_rng)
+    things = standing_things(street, rows, furniture_rng)
     panels = np.concatenate([rows.panels, closing_rows(rows.panels, street)]) if loose else rows.panels
     low, high, across_low = across_profiles(street)
     ground, ground_frame, fronts, map_frame = lamp_maps(street, things.lamps)

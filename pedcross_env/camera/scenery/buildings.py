@@ -28,6 +28,7 @@ __all__ = [
 
 Range = tuple[float, float]
 Colour = tuple[float, float, float]
+HEDGE_DEEP_M, HEDGE_INSIDE = 0.5, 0.45  # half of a hedge, and how much of the light reaches into it
 HEDGE = ((0.045, 0.085, 0.028), (0.06, 0.095, 0.03))
 DEEP_M = 12.0  # of the houses
 COPING_M, COPING = 0.1, np.array([0.42, 0.41, 0.38])  # stones on top of a garden's wall: height, albedo
@@ -180,11 +181,22 @@ class Gap(NamedTuple):
     front: float
 
 
+class Hedge(NamedTuple):
+    """Bushes side by side: x range, y of their middle, height above the sidewalk's base, albedo of the leaves."""
+
+    x0: float
+    x1: float
+    y: float
+    height: float
+    leaves: tuple[float, float, float]
+
+
 class Rows(NamedTuple):
-    """Both rows of houses: panels (P, PANEL_SIZE) and roofs."""
+    """Both rows of houses: panels (P, PANEL_SIZE), roofs, and hedges between."""
 
     panels: np.ndarray
     roofs: list[Roof]
+    hedges: list[Hedge]
 
 
 def _panel(
@@ -258,16 +270,14 @@ def _front(
     return panel, House(side, x, x + length, front, height + 0.4, panel)
 
 
-def _garden(gap: Gap, rng: np.random.Generator) -> list[np.ndarray]:
-    """A low wall at the street and the back of another house behind: nothing is seen through a gap."""
+def _garden(gap: Gap, rng: np.random.Generator) -> tuple[list[np.ndarray], list[Hedge]]:
+    """A low wall or a hedge at the street and the back of another house behind: nothing is seen through a gap."""
     side, along, length = gap.side, float(gap.side), gap.x1 - gap.x0
     start = gap.x0 if side > 0 else gap.x1
     surfaces = (BRICK, PLASTER, HEDGE)[int(rng.integers(3))]
     stone = np.array(surfaces[rng.integers(len(surfaces))])
     low = _panel(start, gap.front, 0.0, along, 0.0, length, rng.uniform(1.0, 1.9), 0.9 * stone)
-    coping = (
-        [] if surfaces is HEDGE else [_panel(start, gap.front, low[7], along, 0.0, length, COPING_M, COPING)]
-    )
+    coping = _panel(start, gap.front, low[7], along, 0.0, length, COPING_M, COPING)
     back = _panel(
         start,
         gap.front + side * (DEEP_M - 0.2),
@@ -281,7 +291,13 @@ def _garden(gap: Gap, rng: np.random.Generator) -> list[np.ndarray]:
     bay = length / max(1, round(length / 2.8))
     back[11:17] = bay, 3.0, 0.38, 0.5, 0.25, int(rng.integers(1, 30_000))
     back[19:22], back[22:26] = (3.2, bay, 0.38), (0.9, 2.4, 1.0, back[7] - 0.4)
-    return [low, *coping, back]
+    if surfaces is not HEDGE:
+        return [low, coping, back], []
+    hedge = Hedge(gap.x0, gap.x1, gap.front + side * HEDGE_DEEP_M, low[7], tuple(stone.tolist()))
+    low[1] += side * 1.2 * HEDGE_DEEP_M  # what is seen of it is the dark inside
+    low[7] *= 0.85
+    low[8:11] *= HEDGE_INSIDE
+    return [low, back], [hedge]
 
 
 def fit_bays(panel: np.ndarray) -> None:
@@ -298,6 +314,7 @@ def building_rows(street: StreetSpec, rng: np.random.Generator, loose: bool = Tr
     panels: list[np.ndarray] = []
     houses: list[House] = []
     roofs: list[Roof] = []
+    hedges: list[Hedge] = []
     for side in (-1, 1):
         x = street.start_x_m - 20.0
         while x < street.end_x_m + 40.0:
@@ -318,7 +335,9 @@ def building_rows(street: StreetSpec, rng: np.random.Generator, loose: bool = Tr
             x += length
             if rng.random() < 0.13 and loose:
                 wide = float(rng.uniform(4.0, 9.0))
-                panels += _garden(Gap(side, x, x + wide, side * (street.facade_y_m + 0.1)), rng)
+                walls, bushes = _garden(Gap(side, x, x + wide, side * (street.facade_y_m + 0.1)), rng)
+                panels += walls
+                hedges += bushes
                 x += wide
     for i, house in enumerate(houses):
         before = houses[i - 1] if i > 0 and houses[i - 1].side == house.side else None
@@ -327,4 +346,4 @@ def building_rows(street: StreetSpec, rng: np.random.Generator, loose: bool = Tr
         after = after if after and math.isclose(after.x0, house.x1, abs_tol=0.5) else None
         panels += _side_wall(house.side, house.x0, -1.0, house, before)
         panels += _side_wall(house.side, house.x1, 1.0, house, after)
-    return Rows(np.array(panels), roofs)
+    return Rows(np.array(panels), roofs, hedges)

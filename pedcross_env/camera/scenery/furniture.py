@@ -10,9 +10,9 @@ import numpy as np
 from pedcross_env.camera.kernels.scene import ROOF_KIND
 from pedcross_env.camera.models import model_index
 from pedcross_env.camera.props import FURNITURE, PropKind
-from pedcross_env.camera.scenery.buildings import Roof
+from pedcross_env.camera.scenery.buildings import Roof, Rows
 from pedcross_env.camera.scenery.lamps import LAMP_HEIGHT_M, lamp_places, lamp_post
-from pedcross_env.camera.scenery.trees import GROUP_SIZE, Plant, draw_season, tree
+from pedcross_env.camera.scenery.trees import GROUP_SIZE, Plant, bushes, draw_season, tree
 from pedcross_env.contracts import ActorKind, StaticClass
 from pedcross_env.scenario.street import StreetSpec
 
@@ -147,9 +147,9 @@ def _roofs(roofs: list[Roof]) -> list[Prop]:
     return [Prop(r.prop, (r.x, r.y, r.z), 0.0, r.size, (0.2, 0.2, 0.2), StaticClass.BUILDING) for r in roofs]
 
 
-def standing_things(street: StreetSpec, roofs: list[Roof], rng: np.random.Generator) -> Standing:
-    """Place lamps, trees, furniture and roofs."""
-    tree_rng, prop_rng = rng.spawn(2)
+def standing_things(street: StreetSpec, rows: Rows, rng: np.random.Generator) -> Standing:
+    """Place lamps, trees, furniture, hedges and roofs."""
+    tree_rng, prop_rng, hedge_rng = rng.spawn(3)
     base = street.kerb_height_m
     capsules: list[list[float]] = []
     groups: list[list[float]] = []
@@ -171,7 +171,12 @@ def standing_things(street: StreetSpec, roofs: list[Roof], rng: np.random.Genera
         lamps.append((x, head_y, base + LAMP_HEIGHT_M - 0.05))
     shining = np.array(lamps)
     plants = _rows_of_trees(street, shining, tree_rng)
-    for plant in plants:
+    hedges = [
+        bush
+        for x0, x1, y, height, leaves in rows.hedges
+        for bush in bushes(x0, x1, y, base, height, np.array(leaves), hedge_rng)
+    ]
+    for plant in [*plants, *hedges]:
         first = len(capsules)
         capsules += plant.capsules
         groups.append([float(first), float(len(capsules)), *plant.group[2:]])
@@ -185,5 +190,5 @@ def standing_things(street: StreetSpec, roofs: list[Roof], rng: np.random.Genera
         )
     return Standing(
         np.array(capsules).reshape(-1, CAPSULE_SIZE), np.array(groups).reshape(-1, GROUP_SIZE), shining,
-        np.array(shadows).reshape(-1, 7), _table(furniture + _roofs(roofs)),
+        np.array(shadows).reshape(-1, 7), _table(furniture + _roofs(rows.roofs)),
     )  # fmt: skip

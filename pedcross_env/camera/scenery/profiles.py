@@ -20,6 +20,7 @@ __all__ = [
 
 ACROSS_TEXEL_M, ALONG_TEXEL_M, GROUND_TEXEL_M = 0.01, 0.05, 0.025
 ALONG_MARGIN_M = 100.0  # by which tables along the street reach beyond its start
+FORECOURT_M = 1.0  # paved beyond the line of the facades, to fronts that stand back
 
 
 @lru_cache(maxsize=1)
@@ -78,7 +79,7 @@ def across_profiles(street: StreetSpec) -> tuple[np.ndarray, np.ndarray, float]:
     low[:, 5] = dash
     low[:, 6] = road & (d < kerb - 0.25) & ((y % 1.0) < 0.5)
     low[:, 7] = road & (d < lanes - 0.1)
-    kerbstone, walk = d - kerb < 0.18, d < street.facade_y_m
+    kerbstone, walk = d - kerb < 0.18, d < street.facade_y_m + FORECOURT_M
     slab = ((d - kerb - 0.18) % 0.5) < 0.012
     outside = ~road
     for c, (stone, pave, grass) in enumerate(

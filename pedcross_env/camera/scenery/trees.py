@@ -10,7 +10,7 @@ import numpy as np
 from pedcross_env.camera.scenery import foliage
 from pedcross_env.contracts import StaticClass
 
-__all__ = ["GROUP_SIZE", "Plant", "draw_season", "tree"]
+__all__ = ["GROUP_SIZE", "Plant", "bushes", "draw_season", "tree"]
 
 GROUP_SIZE = 16
 """A group of static primitives: capsule range (2), bounding sphere (4), StaticClass, then its crown: texture (-1: none), centre (3),
@@ -27,6 +27,7 @@ SUMMER = np.array(
     ]
 )
 AUTUMN = np.array([[0.20, 0.13, 0.025], [0.20, 0.10, 0.025], [0.16, 0.14, 0.03], [0.21, 0.16, 0.03]])
+BUSH_M = 0.8  # from one to the next, and half as wide as each
 NEEDLES = np.array([[0.035, 0.070, 0.032], [0.045, 0.075, 0.048]])
 
 
@@ -135,3 +136,27 @@ def tree(x: float, y: float, base: float, species: str, season: str, rng: np.ran
         return _plant(trunk, centre, base, int(rng.choice(foliage.BARE)), half, bark, 0.3, rng)
     trunk = _trunk(x, y, base, fork, 0.15, bark, rng, 0.55 * half[1] if species == "round" else 0.0)
     return _plant(trunk, centre, base, texture, half, leaves, 0.8, rng)
+
+
+def bushes(
+    x0: float, x1: float, y: float, base: float, height: float, leaves: np.ndarray, rng: np.random.Generator
+) -> list[Plant]:
+    """Plant bushes side by side between two places along the street, clipped to nearly one height.
+
+    Args:
+        x0: World, where the first begins.
+        x1: Where the last ends.
+        y: Of their middle.
+        base: Height of the ground.
+        height: Above it.
+        leaves: (3,) albedo.
+        rng: Of these bushes.
+    """
+    number = max(2, round((x1 - x0) / BUSH_M))
+    plants = []
+    for x in np.linspace(x0 + BUSH_M, x1 - BUSH_M, number):
+        half = 0.5 * height * rng.uniform(0.96, 1.04)
+        centre = np.array([x, y + rng.uniform(-0.05, 0.05), base + half])
+        texture, tone = int(rng.choice(foliage.ROUND)), rng.uniform(0.9, 1.15)
+        plants.append(_plant([], centre, base, texture, (BUSH_M, half), tone * leaves, 0.0, rng))
+    return plants
