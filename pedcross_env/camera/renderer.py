@@ -15,7 +15,7 @@ from pedcross_env.camera.ground_tables import GroundTables, ground_tables
 from pedcross_env.camera.kernels.finish import finish_frame
 from pedcross_env.camera.kernels.ground import draw_ground_and_sky
 from pedcross_env.camera.kernels.mirror import GRID_PLANES, mirror_in_road
-from pedcross_env.camera.kernels.scene import draw_scene
+from pedcross_env.camera.kernels.scene import LEVELS, NODES, draw_scene
 from pedcross_env.camera.layers import WHOLE, Layer, Seen
 from pedcross_env.camera.layout import scenery_for
 from pedcross_env.camera.lens import lens_of
@@ -368,7 +368,7 @@ class Renderer:
             pose.rotation, pose.origin, self._moments.env(snapshot, pose, self._light), np.zeros((0, 3)), np.zeros((0, 13)),
             self._moments.table(snapshot), (pose.focal_px, pose.cx - u0, pose.cy - v0), xs, shape, (light.ravel(), cover.ravel(), inverse.ravel()),
             (out, alpha, nearest, weight, depth, ids), True,
-            (np.zeros_like(light).ravel(), np.zeros_like(light).ravel()), (np.ones(1), np.ones(0), np.ones(0), np.ones((0, 1), np.float32)), BY_PLACE, (*WHOLE.start, *WHOLE.end), self._buf,
+            (np.zeros_like(light).ravel(), np.zeros_like(light).ravel()), (np.ones(1), np.ones(0), np.ones(0), np.ones((0, NODES + LEVELS), np.float32)), BY_PLACE, (*WHOLE.start, *WHOLE.end), self._buf,
         )  # fmt: skip
         mask = alpha >= 0.5
         return (mask, u0, v0) if self._lens is None else (mask.reshape(-1)[self._lens.nearest], 0, 0)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from pedcross_env.camera.kernels.scene import LEVELS, NODES
 from pedcross_env.camera.kernels.shade import shade_heights, sunlit_actors, sunlit_shares
 from pedcross_env.camera.kernels.shadows import MAX_EDGES
 from pedcross_env.camera.light import Light
@@ -19,7 +20,7 @@ OVERLAP_M = 0.3  # of the shadows of neighbours: a seam between two soft edges w
 PENUMBRA = 2 * math.tan(math.radians(0.2666))  # of the sun's disc, per metre of way
 ANGLE_SLACK = 1e-3  # sine below which the sun grazes along a wall
 TO_SUN, DARK = 0.0, 1.0
-FACADE_NODES, CLEARANCE_M = 64, 0.05
+CLEARANCE_M = 0.05
 
 
 class Shade:
@@ -37,7 +38,8 @@ class Shade:
         walls: Those that shade, and the sun, as kernels.shade takes them.
         groups: (G,) shares of the static groups that the sun reaches.
         panels: (P,) of facades: 0, 1, or between where the edge of the shade crosses one.
-        edges: (P, FACADE_NODES) float32, how high up the shade reaches at places evenly along each, m.
+        edges: (P, NODES + LEVELS) float32: how high up the shade reaches at places evenly along each, m; the shares of it
+            above the shade at heights evenly up it.
         props: (R,) of furniture; roofs rise above all shade.
     """
 
@@ -58,9 +60,14 @@ class Shade:
         self.groups = self._shares(
             np.stack([groups[:, 2], groups[:, 3], middle - rises, middle + rises, half], axis=1)
         )
-        self.edges = self._on_panels(scenery.panels)
-        height = np.maximum(scenery.panels[:, 7, None], 0.1)
-        self.panels = (1.0 - np.clip(self.edges / height, 0.0, 1.0)).mean(axis=1)
+        heights = self._on_panels(scenery.panels)
+        top = np.maximum(scenery.panels[:, 7, None], 0.1)
+        self.panels = (1.0 - np.clip(heights / top, 0.0, 1.0)).mean(axis=1)
+        levels, step = top * np.linspace(0.0, 1.0, LEVELS), top / (LEVELS - 1)
+        above = [np.clip(0.5 + (level[:, None] - heights) / step, 0, 1).mean(axis=1) for level in levels.T]
+        self.edges = np.ascontiguousarray(
+            np.concatenate([heights, np.stack(above, axis=1)], axis=1), np.float32
+        )
         self.props = np.where(props.idents[:, 0] == StaticClass.BUILDING, 1.0, self.on_actors(props.numbers))
 
     def near(self, low: np.ndarray, size_m: float) -> tuple[np.ndarray, np.ndarray]:
@@ -93,9 +100,9 @@ class Shade:
         return shares
 
     def _on_panels(self, panels: np.ndarray) -> np.ndarray:
-        edges = np.full((len(panels), FACADE_NODES), -1.0, np.float32)
+        edges = np.full((len(panels), NODES), -1.0, np.float32)
         if len(self._walls):
-            step = panels[:, 6, None] * np.linspace(0.0, 1.0, FACADE_NODES)
+            step = panels[:, 6, None] * np.linspace(0.0, 1.0, NODES)
             # from just before the front, so that it does not shade itself
             x = panels[:, 0, None] + panels[:, 3, None] * step + CLEARANCE_M * panels[:, 4, None]
             y = panels[:, 1, None] + panels[:, 4, None] * step - CLEARANCE_M * panels[:, 3, None]

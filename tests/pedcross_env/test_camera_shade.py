@@ -9,6 +9,7 @@ from camera_scenes import STREET, pedestrian, renderer, snapshot
 
 from pedcross_env.camera import camera_pose, project
 from pedcross_env.camera.kernels.facade import PANEL_SIZE
+from pedcross_env.camera.kernels.scene import LEVELS, NODES
 from pedcross_env.camera.light import light_of
 from pedcross_env.camera.scenery import scenery_of
 from pedcross_env.camera.shade import Shade
@@ -145,9 +146,15 @@ def test_shares_on_a_front_come_of_its_edges_of_shade(one_house):
     low_sun = light_of(dataclasses.replace(ACROSS, sun_altitude_deg=20.0))
     shade = Shade(opposite(one_house, HEIGHT_M), low_sun)
     edge_m = HEIGHT_M - 2 * FRONT_M * math.tan(math.radians(20.0))
-    x = np.linspace(60.0, 0.0, shade.edges.shape[1])
-    np.testing.assert_allclose(shade.edges[1][x < 40.0], edge_m, atol=0.03)  # 5 cm before the front
-    assert (shade.edges[1][x > 40.5] < 0).all()
+    x, heights, profile = np.linspace(60.0, 0.0, NODES), shade.edges[1, :NODES], shade.edges[1, NODES:]
+    np.testing.assert_allclose(heights[x < 40.0], edge_m, atol=0.03)  # 5 cm before the front
+    assert (heights[x > 40.5] < 0).all()
+    up = np.linspace(0.0, 12.0, LEVELS)
+    np.testing.assert_allclose(
+        profile[np.abs(up - edge_m) > 0.5],
+        np.where(up < edge_m, 1 / 3, 1.0)[np.abs(up - edge_m) > 0.5],
+        atol=0.02,
+    )
     assert shade.panels[1] == pytest.approx(1 - 2 / 3 * edge_m / 12.0, abs=0.01)
     assert Shade(opposite(one_house, 0.01), low_sun).panels[1] == 1.0
     assert Shade(opposite(one_house, 80.0, 60.0), low_sun).panels[1] == 0.0

@@ -125,7 +125,7 @@ def _list_pixels(edges, sides, row, bottom, xs, rows, listed, full, buf):
 @kernel
 def _add_sunshine(panel, n, rows, foot, entered, sun, sunshine, env, channels, buf):
     """Add the sun's light to the listed pixels where an edge of shade crosses the panel; ``foot`` is the first with an accent."""
-    light, edge, lowest, highest = sunshine
+    light, (edge, profile), lowest, highest = sunshine
     if edge.shape[0] == 0 or sun <= 0.0:
         return
     low, high = soft_extent(rows[0], rows[1], buf[T, :n], buf[WT, :n])
@@ -136,7 +136,8 @@ def _add_sunshine(panel, n, rows, foot, entered, sun, sunshine, env, channels, b
         fill_row(F1, share)
     else:
         per_m = np.float32((edge.shape[0] - 1) / panel[6])
-        sunlit_above(buf[S, :n], buf[T, :n], buf[WS, :n], buf[WT, :n], per_m, edge, share)
+        per_rise = np.float32((profile.shape[0] - 1) / panel[7])
+        sunlit_above(buf[S, :n], buf[T, :n], buf[WS, :n], buf[WT, :n], per_m, edge, per_rise, profile, share)
     wall, frame, accent = F0, F0, F0
     for c in range(3):
         albedo, trim, _, _ = paint_of(panel, env, sun, c)
@@ -292,7 +293,8 @@ def draw_panel(
 
     The pixels of many rows are listed and shaded together: long loops, not many short ones.
 
-    ``sunshine`` is (its colour, the edge of the shade on the panel); without an edge all of the sun's light is ``env``'s.
+    ``sunshine`` is (its colour, the edge of the shade on the panel and its profile); without an edge all of the sun's light is
+    ``env``'s.
     ``seen`` is (corners, their numbers, parts) from ``visible.visible_parts``; ``work`` is from ``panel_work``; ``lamp_maps`` is
     (maps, rows, columns) lx, right and left fronts first, ``map_frame`` (start x, step).
     """
@@ -322,8 +324,10 @@ def draw_panel(
     )  # fmt: skip
     sun = max(0.0, normal[0] * env[0] + normal[1] * env[1] + normal[2] * env[2])
     lowest, highest = np.float32(math.inf), np.float32(-math.inf)
-    for height_m in sunshine[1]:
+    for height_m in sunshine[1][0]:
         lowest, highest = min(lowest, height_m), max(highest, height_m)
+    level = np.float32(panel[7] / (sunshine[1][1].shape[0] - 1))  # the profile rises from one to the next
+    lowest, highest = lowest - level, highest + level
     light = (env, table, lamp_maps, map_frame, optics, sun, (*sunshine, lowest, highest))
     upper, ground = pattern_of(panel)
     layout = (upper, ground, entrances_of(panel))

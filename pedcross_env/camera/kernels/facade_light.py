@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import kernel
+from pedcross_env.camera.kernels.jit import inlined, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_BETA,
     ENV_BOUNCE,
@@ -33,6 +33,7 @@ __all__ = [
 FRONTS = 0.35  # albedo of the houses opposite
 PENUMBRA_M = np.float32(0.2)  # of the sun's disc, .53 degrees wide, over a street 20 m wide
 INV_PI = np.float32(1 / math.pi)
+QUARTER = np.float32(0.25)
 
 
 @kernel
@@ -84,24 +85,48 @@ def soft_extent(listed, entries, t, wt):
     return low, high
 
 
-@kernel
-def sunlit_above(s, t, ws, wt, per_m, edge, out):
-    """Share of each pixel that lies above an edge of shade, which has ``per_m`` heights per metre along the panel.
+@inlined
+def _between(at):
+    """The entry of a table before a place in it, and how far on from there the place is."""
+    a = np.int32(at)
+    return np.uint32(a), at - np.float32(a)  # unsigned: numba lets a negative index count from the end
 
-    The edge is taken to run straight between where it enters the pixel and where it leaves it.
+
+@inlined
+def _share_above(t, per_soft, edge, at):
+    """Share above the edge at one place along it, between those at its nodes."""
+    a, on = _between(at)
+    low = min(F1, max(F0, HALF + (t - edge[a]) * per_soft))
+    high = min(F1, max(F0, HALF + (t - edge[a + np.uint32(1)]) * per_soft))
+    return low + on * (high - low)
+
+
+@kernel
+def sunlit_above(s, t, ws, wt, per_m, edge, per_rise, profile, out):
+    """Share of each pixel that lies above an edge of shade.
+
+    It is the mean of four places in the pixel along the panel. Where these are farther apart than the edge's nodes, the pixel
+    has the panel's mean at its height.
+
+    Args:
+        s, t, ws, wt: As in facade_pattern.
+        per_m: Heights of ``edge`` per metre along the panel. edge: (NODES,) m.
+        per_rise: Entries of ``profile`` per metre up. profile: (LEVELS,) share of the panel above the edge, by height.
+        out: Filled.
     """
-    last, one = np.float32(edge.shape[0] - 1.001), np.uint32(1)
+    last, top = np.float32(edge.shape[0] - 1.001), np.float32(profile.shape[0] - 1.001)
     for i in range(out.shape[0]):
-        middle, reach = s[i] * per_m, HALF * ws[i] * per_m
-        p, q = min(max(middle - reach, F0), last), min(max(middle + reach, F0), last)
-        a, b = (
-            np.uint32(np.int32(p)),
-            np.uint32(np.int32(q)),
-        )  # unsigned: numba lets a negative index count from the end
-        left = edge[a] + (p - np.float32(np.int32(p))) * (edge[a + one] - edge[a])
-        right = edge[b] + (q - np.float32(np.int32(q))) * (edge[b + one] - edge[b])
-        above = t[i] - HALF * (left + right)
-        out[i] = min(F1, max(F0, HALF + above / (PENUMBRA_M + wt[i] + abs(left - right))))
+        middle, reach, high, per_soft = s[i] * per_m, HALF * ws[i] * per_m, t[i], F1 / (PENUMBRA_M + wt[i])
+        first, end = min(max(middle - reach, F0), last), min(max(middle + reach, F0), last)
+        step = QUARTER * (end - first)
+        at = first + HALF * step
+        near = _share_above(high, per_soft, edge, at) + _share_above(high, per_soft, edge, at + step)
+        at += step + step
+        near += _share_above(high, per_soft, edge, at) + _share_above(high, per_soft, edge, at + step)
+        near *= QUARTER
+        a, on = _between(min(max(high * per_rise, F0), top))
+        mean = profile[a] + on * (profile[a + np.uint32(1)] - profile[a])
+        out[i] = near + min(F1, max(F0, HALF * reach - F1)) * (mean - near)
 
 
 @kernel

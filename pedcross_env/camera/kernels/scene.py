@@ -35,9 +35,10 @@ from pedcross_env.camera.kernels.windows import (
     window_of,
 )
 
-__all__ = ["BODY_REACH_M", "REACH", "REACH_M", "ROOF_KIND", "draw_scene"]
+__all__ = ["BODY_REACH_M", "LEVELS", "NODES", "REACH", "REACH_M", "ROOF_KIND", "draw_scene"]
 
 NOWHERE = 1 << 30
+NODES, LEVELS = 64, 32  # along a panel and up it
 ROOF_KIND = 3  # besides contracts.ActorKind: bodies that belong to the houses
 MAX_PRIMITIVES = 64  # of one body or group
 # Of an actor's size's diagonal, and metres: how far it reaches from its middle. Nothing is drawn beyond.
@@ -259,8 +260,8 @@ def draw_scene(
         frame: (out (C, H, W), alpha, nearest, weight, depth inverse, ids); what no object covers is left as it is, but for alpha.
         owners: Whether to fill the frame's last three.
         free: (H W,) float32 twice, work space.
-        sunlit: Shares of (N,) actors, (G,) groups and (P,) panels that the sun reaches, see kernels.shade; (P, n) float32 how high up
-            the shade reaches along each panel.
+        sunlit: Shares of (N,) actors, (G,) groups and (P,) panels that the sun reaches, see kernels.shade; (P, NODES + LEVELS)
+            float32 how high up the shade reaches along each panel, and which share of it lies above, by height.
         belong: (n,) bool, whether the first n actors are of the layer; the others, props among them, are by their places.
         slab: World x where the layer starts on the right and on the left side, and where it ends.
         buf: (24, W).
@@ -368,9 +369,10 @@ def draw_scene(
                 continue
             parts = visible_parts(i, faced, panels, rotation, camera, view, seen)
             if parts > 0:
-                edge = sunlit[3][i]
+                nodes = NODES if crossed else 0
+                shades = sunlit[3][i, :nodes], sunlit[3][i, NODES:]
                 draw_panel(
-                    panels[i], (seen[4], seen[5], parts), rotation, camera, env, (sun, edge if crossed else edge[:0]), table, maps[0],
+                    panels[i], (seen[4], seen[5], parts), rotation, camera, env, (sun, shades), table, maps[0],
                     maps[1], view, xs[: extent[1]], extent, planes, buf, fronts, spans,
                 )  # fmt: skip
         _shine(env, sun, 1.0)

@@ -9,6 +9,9 @@ from pedcross_env.camera.kernels.jit import entry, inlined, kernel
 __all__ = ["shade_heights", "shrink_far", "sunlit_actors", "sunlit_shares"]
 
 
+SHORT_M, NEIGHBOUR_M = 0.4, 5.0
+
+
 @inlined
 def _ray_to_wall(wall, sun, x, y):
     """Where a ray from (x, y) towards the sun meets a wall's plane: how far on (0: nowhere) and how far along the wall; the
@@ -65,7 +68,8 @@ def shade_heights(walls, sun, places, overlap, heights):
     Args:
         walls: (W, 5). sun: (3,).
         places: (N, 3) float64: x, y, foot.
-        overlap: Metres by which walls are longer than they are, so that the shades of neighbours leave no seam.
+        overlap: Metres by which walls across the street are taken for longer, so that the shades of neighbours leave no seam.
+            What stands out by less than SHORT_M casts no strip of shade: it would be narrower than the way between places.
         heights: (N,) float32, filled: metres above the foot, or below it where nothing is shaded.
     """
     for i in range(places.shape[0]):
@@ -73,7 +77,8 @@ def shade_heights(walls, sun, places, overlap, heights):
         highest = -1.0
         for k in range(walls.shape[0]):
             away, along, length, _ = _ray_to_wall(walls[k], sun, x, y)
-            if away > 0.0 and -overlap <= along <= length + overlap:
+            more = overlap if away > NEIGHBOUR_M else 0.0
+            if length > SHORT_M and away > 0.0 and -more <= along <= length + more:
                 highest = max(highest, walls[k, 4] - away * sun[2] - foot)
         heights[i] = highest
 
