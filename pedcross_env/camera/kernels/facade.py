@@ -24,6 +24,7 @@ from pedcross_env.camera.kernels.facade_light import (
     lamp_light,
     paint_of,
     soft_extent,
+    split_at,
     sunlit_above,
     to_luminance,
 )
@@ -37,8 +38,8 @@ from pedcross_env.camera.kernels.facade_pattern import (
     upper_pattern,
     weigh_surfaces,
 )
-from pedcross_env.camera.kernels.jit import INT, allocating, kernel
-from pedcross_env.camera.kernels.lighting import ENV_BEAM, ENV_LAMP, ENV_WINDOW
+from pedcross_env.camera.kernels.jit import BOOL, INT, allocating, kernel
+from pedcross_env.camera.kernels.lighting import ENV_BEAM, ENV_LAMP, ENV_SUN, ENV_WINDOW
 from pedcross_env.camera.kernels.polygons import (
     MAX_CORNERS,
     NEAR_M,
@@ -123,25 +124,23 @@ def _list_pixels(edges, sides, row, bottom, xs, rows, listed, full, buf):
 
 
 @kernel
-def _add_sunshine(panel, n, rows, foot, entered, sun, sunshine, env, channels, buf):
-    """Add the sun's light to the listed pixels where an edge of shade crosses the panel; ``foot`` is the first with an accent."""
-    light, (edge, profile), lowest, highest = sunshine
-    if edge.shape[0] == 0 or sun <= 0.0:
-        return
-    low, high = soft_extent(rows[0], rows[1], buf[T, :n], buf[WT, :n])
-    if high <= lowest:
-        return
-    share = buf[SUNLIT, :n]
-    if low >= highest:
-        fill_row(F1, share)
-    else:
-        per_m = np.float32((edge.shape[0] - 1) / panel[6])
-        per_rise = np.float32((profile.shape[0] - 1) / panel[7])
-        sunlit_above(buf[S, :n], buf[T, :n], buf[WS, :n], buf[WT, :n], per_m, edge, per_rise, profile, share)
+def _add_sun_above(panel, n, rows, foot, entered, sun, shades, env, channels, buf):
+    """Add the sun's light to listed pixels that an edge of shade crosses; ``foot`` is the first with an accent."""
+    edge, profile, lowest, highest = shades
+    t, wt, share = buf[T, :n], buf[WT, :n], buf[SUNLIT, :n]
+    lit, end = split_at(rows[0], rows[1], t, wt, lowest, highest)
+    per_m, per_rise = (
+        np.float32((edge.shape[0] - 1) / panel[6]),
+        np.float32((profile.shape[0] - 1) / panel[7]),
+    )
+    fill_row(F1, share[:lit])
+    sunlit_above(
+        buf[S, lit:end], t[lit:end], buf[WS, lit:end], wt[lit:end], per_m, edge, per_rise, profile, share[lit:end]
+    )  # fmt: skip
     wall, frame, accent = F0, F0, F0
     for c in range(3):
         albedo, trim, _, _ = paint_of(panel, env, sun, c)
-        white = np.float32(light[c] * sun / math.pi)
+        white = np.float32(env[ENV_SUN + c] * sun / math.pi)
         if channels == 1:
             white *= np.float32(LUMA[c])
             wall, frame, accent = (
@@ -153,10 +152,10 @@ def _add_sunshine(panel, n, rows, foot, entered, sun, sunshine, env, channels, b
                 continue
         else:
             wall, frame, accent = white * albedo, white * trim, white * np.float32(panel[30 + c])
-        out = buf[COLOUR + (c if channels == 3 else 0), :n]
-        add_sun(wall, frame, buf[STONE, :n], buf[TRIM, :n], share, out)
-        if entered:
-            light_accent_by_sun(accent, buf[ACCENT, foot:n], share[foot:], out[foot:])
+        out = buf[COLOUR + (c if channels == 3 else 0), :end]
+        add_sun(wall, frame, buf[STONE, :end], buf[TRIM, :end], share[:end], out)
+        if entered and foot < end:
+            light_accent_by_sun(accent, buf[ACCENT, foot:end], share[foot:end], out[foot:])
 
 
 @kernel
@@ -168,7 +167,7 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
     """
     plane, least, most, along, rise, shift_s, shift_t, away = geometry
     upper, ground, entrances = layout
-    env, table, lamp_maps, map_frame, optics, sun, sunshine = light
+    env, table, lamp_maps, map_frame, optics, sun, shades = light
     normal, point = vectors
     x, y, inverse = buf[X, :n], buf[Y, :n], buf[INVERSE, :n]
     s, t, ws, wt = buf[S, :n], buf[T, :n], buf[WS, :n], buf[WT, :n]
@@ -192,6 +191,11 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
         ws,
         wt,
     )
+    reached, crossed = sun, BOOL(False)  # by the sun as a whole; by the edge of the shade
+    if shades[0].shape[0] > 0 and sun > 0.0:
+        low, high = soft_extent(rows[0], rows[1], t, wt)
+        crossed = high > shades[2] and low < shades[3]
+        reached = sun if low >= shades[3] else 0.0
     foot, end = split_at_floor(rows[0], rows[1], t, wt, ground[0]) if panel[11] > 0 else (n, 0)
     if end > 0:
         curtains = np.float32((0.618034 * panel[16]) % 1.0)
@@ -220,7 +224,7 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
     if channels == 1 and not night and not windows:
         grey_wall, grey_frame, grey_mirrored, grey_accent = F0, F0, F0, F0
         for c in range(3):
-            wall, frame, mirrored, white = paint_of(panel, env, sun, c)
+            wall, frame, mirrored, white = paint_of(panel, env, reached, c)
             weight = np.float32(LUMA[c])
             grey_wall += weight * white * wall
             grey_frame += weight * white * frame
@@ -229,7 +233,8 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
         colour_panel(grey_wall, grey_frame, grey_mirrored, F1, stone, trim, shine, buf[COLOUR, :n])
         if entered:
             light_accent(grey_accent, F1, accent, buf[COLOUR, foot:n])
-        _add_sunshine(panel, n, rows, foot, entered, sun, sunshine, env, channels, buf)
+        if crossed:
+            _add_sun_above(panel, n, rows, foot, entered, sun, shades, env, channels, buf)
         return
     lamp, head, lit = buf[LAMP, :n], buf[HEAD, :n], buf[LIT, :n]
     if night:
@@ -251,7 +256,7 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
     if windows:
         lit_windows(s, t, ws, wt, upper, ground, int(panel[16]), LIT_SHARE, pane, lit)
     for c in range(3):
-        wall, frame, mirrored, white = paint_of(panel, env, sun, c)
+        wall, frame, mirrored, white = paint_of(panel, env, reached, c)
         out = buf[COLOUR + c, :n]
         if night:
             tint = np.float32(env[ENV_LAMP + c])
@@ -271,7 +276,8 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
             light_signs(np.float32(panel[41]), painted, letters, board, out[foot:])
     if channels == 1:
         to_luminance(buf[COLOUR, :n], buf[COLOUR + 1, :n], buf[COLOUR + 2, :n])
-    _add_sunshine(panel, n, rows, foot, entered, sun, sunshine, env, channels, buf)
+    if crossed:
+        _add_sun_above(panel, n, rows, foot, entered, sun, shades, env, channels, buf)
 
 
 @kernel
@@ -287,14 +293,13 @@ def _add_rows(listed, entries, scratch, buf, spans):
 
 @kernel
 def draw_panel(
-    panel, seen, rotation, camera, env, sunshine, table, lamp_maps, map_frame, optics, xs, size, scratch, buf, work, spans
+    panel, seen, rotation, camera, env, shades, table, lamp_maps, map_frame, optics, xs, size, scratch, buf, work, spans
 ):  # fmt: skip
     """Draw what is seen of one panel into the buildings' scratch planes, behind all that is there already.
 
     The pixels of many rows are listed and shaded together: long loops, not many short ones.
 
-    ``sunshine`` is (its colour, the edge of the shade on the panel and its profile); without an edge all of the sun's light is
-    ``env``'s.
+    ``shades`` is the edge of the shade on the panel and its profile; without an edge the sun shines on all of it.
     ``seen`` is (corners, their numbers, parts) from ``visible.visible_parts``; ``work`` is from ``panel_work``; ``lamp_maps`` is
     (maps, rows, columns) lx, right and left fronts first, ``map_frame`` (start x, step).
     """
@@ -324,11 +329,10 @@ def draw_panel(
     )  # fmt: skip
     sun = max(0.0, normal[0] * env[0] + normal[1] * env[1] + normal[2] * env[2])
     lowest, highest = np.float32(math.inf), np.float32(-math.inf)
-    for height_m in sunshine[1][0]:
+    for height_m in shades[0]:
         lowest, highest = min(lowest, height_m), max(highest, height_m)
-    level = np.float32(panel[7] / (sunshine[1][1].shape[0] - 1))  # the profile rises from one to the next
-    lowest, highest = lowest - level, highest + level
-    light = (env, table, lamp_maps, map_frame, optics, sun, (*sunshine, lowest, highest))
+    level = np.float32(panel[7] / (shades[1].shape[0] - 1))  # the profile rises from one to the next
+    light = (env, table, lamp_maps, map_frame, optics, sun, (*shades, lowest - level, highest + level))
     upper, ground = pattern_of(panel)
     layout = (upper, ground, entrances_of(panel))
     channels = scratch[0].shape[0]

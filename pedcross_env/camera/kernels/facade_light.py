@@ -26,6 +26,7 @@ __all__ = [
     "lamp_light",
     "paint_of",
     "soft_extent",
+    "split_at",
     "sunlit_above",
     "to_luminance",
 ]
@@ -85,6 +86,21 @@ def soft_extent(listed, entries, t, wt):
     return low, high
 
 
+@kernel
+def split_at(listed, entries, t, wt, lowest, highest):
+    """Where listed pixels, from above, begin to see below the highest place of an edge of shade, and end to see above its lowest."""
+    lit, end, at = t.shape[0], 0, 0
+    for r in range(entries):
+        last = at + listed[r, 2] - listed[r, 1] - 1
+        half = HALF * (PENUMBRA_M + max(wt[at], wt[last]))
+        if lit > at and min(t[at], t[last]) - half < highest:
+            lit = at
+        if max(t[at], t[last]) + half > lowest:
+            end = last + 1
+        at = last + 1
+    return lit, max(lit, end)
+
+
 @inlined
 def _between(at):
     """The entry of a table before a place in it, and how far on from there the place is."""
@@ -105,7 +121,7 @@ def _share_above(t, per_soft, edge, at):
 def sunlit_above(s, t, ws, wt, per_m, edge, per_rise, profile, out):
     """Share of each pixel that lies above an edge of shade.
 
-    It is the mean of four places in the pixel along the panel. Where these are farther apart than the edge's nodes, the pixel
+    It is the mean of two places in the pixel along the panel. Where these are farther apart than the edge's nodes, the pixel
     has the panel's mean at its height.
 
     Args:
@@ -118,15 +134,13 @@ def sunlit_above(s, t, ws, wt, per_m, edge, per_rise, profile, out):
     for i in range(out.shape[0]):
         middle, reach, high, per_soft = s[i] * per_m, HALF * ws[i] * per_m, t[i], F1 / (PENUMBRA_M + wt[i])
         first, end = min(max(middle - reach, F0), last), min(max(middle + reach, F0), last)
-        step = QUARTER * (end - first)
-        at = first + HALF * step
-        near = _share_above(high, per_soft, edge, at) + _share_above(high, per_soft, edge, at + step)
-        at += step + step
-        near += _share_above(high, per_soft, edge, at) + _share_above(high, per_soft, edge, at + step)
-        near *= QUARTER
+        inset = QUARTER * (end - first)
+        near = _share_above(high, per_soft, edge, first + inset) + _share_above(
+            high, per_soft, edge, end - inset
+        )
         a, on = _between(min(max(high * per_rise, F0), top))
         mean = profile[a] + on * (profile[a + np.uint32(1)] - profile[a])
-        out[i] = near + min(F1, max(F0, HALF * reach - F1)) * (mean - near)
+        out[i] = HALF * near + min(F1, max(F0, reach - F1)) * (mean - HALF * near)
 
 
 @kernel

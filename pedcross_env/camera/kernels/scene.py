@@ -359,7 +359,7 @@ def draw_scene(
             i = which[k]
             share = sunlit[2][i] if i >= 0 else 1.0
             crossed = 0.0 < share < 1.0  # by an edge of shade
-            _shine(env, sun, 0.0 if crossed else share)
+            _shine(env, sun, 1.0 if crossed else share)
             if i < 0:
                 roof = -1 - i
                 draw_vehicle(
@@ -372,7 +372,7 @@ def draw_scene(
                 nodes = NODES if crossed else 0
                 shades = sunlit[3][i, :nodes], sunlit[3][i, NODES:]
                 draw_panel(
-                    panels[i], (seen[4], seen[5], parts), rotation, camera, env, (sun, shades), table, maps[0],
+                    panels[i], (seen[4], seen[5], parts), rotation, camera, env, shades, table, maps[0],
                     maps[1], view, xs[: extent[1]], extent, planes, buf, fronts, spans,
                 )  # fmt: skip
         _shine(env, sun, 1.0)
