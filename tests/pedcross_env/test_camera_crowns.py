@@ -58,7 +58,9 @@ def test_lying_snow_whitens_leaves_more_than_trunks() -> None:
     bare, snowy = (camera.render(scene) for camera in cameras)
     pose = camera_pose(cameras[0].config, scene.ego)
     below = (np.arange(512)[:, None] + 0.5 - pose.cy) / pose.focal_px * bare.depth
-    height, tree = pose.origin[2] - below, bare.instance == StaticClass.VEGETATION
+    aside = (np.arange(900) + 0.5 - pose.cx) / pose.focal_px * bare.depth
+    street = np.abs(pose.origin[1] - aside) < STREET.facade_y_m  # beyond are hedges
+    height, tree = pose.origin[2] - below, street & (bare.instance == StaticClass.VEGETATION)
     gain = snowy.luminance / bare.luminance
     leaves, trunks = gain[tree & (height > 3.0)], gain[tree & (height < 2.0)]
     assert min(leaves.size, trunks.size) > 500

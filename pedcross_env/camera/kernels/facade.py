@@ -23,8 +23,7 @@ from pedcross_env.camera.kernels.facade_light import (
     head_row,
     lamp_light,
     paint_of,
-    soft_extent,
-    split_at,
+    split_at_shade,
     sunlit_above,
     to_luminance,
 )
@@ -38,7 +37,7 @@ from pedcross_env.camera.kernels.facade_pattern import (
     upper_pattern,
     weigh_surfaces,
 )
-from pedcross_env.camera.kernels.jit import BOOL, INT, allocating, kernel
+from pedcross_env.camera.kernels.jit import INT, allocating, kernel
 from pedcross_env.camera.kernels.lighting import ENV_BEAM, ENV_LAMP, ENV_SUN, ENV_WINDOW
 from pedcross_env.camera.kernels.polygons import (
     MAX_CORNERS,
@@ -124,18 +123,18 @@ def _list_pixels(edges, sides, row, bottom, xs, rows, listed, full, buf):
 
 
 @kernel
-def _add_sun_above(panel, n, rows, foot, entered, sun, shades, env, channels, buf):
-    """Add the sun's light to listed pixels that an edge of shade crosses; ``foot`` is the first with an accent."""
-    edge, profile, lowest, highest = shades
-    t, wt, share = buf[T, :n], buf[WT, :n], buf[SUNLIT, :n]
-    lit, end = split_at(rows[0], rows[1], t, wt, lowest, highest)
-    per_m, per_rise = (
-        np.float32((edge.shape[0] - 1) / panel[6]),
-        np.float32((profile.shape[0] - 1) / panel[7]),
-    )
+def _add_sun_above(panel, lit, end, foot, entered, sun, shades, env, channels, buf):
+    """Add the sun's light above an edge of shade, which crosses the listed pixels from ``lit`` to ``end``.
+
+    ``foot`` is the first with an accent.
+    """
+    edge, profile, _, _ = shades
+    share = buf[SUNLIT]
+    per_m = np.float32((edge.shape[0] - 1) / panel[6])
+    per_rise = np.float32((profile.shape[0] - 1) / panel[7])
     fill_row(F1, share[:lit])
     sunlit_above(
-        buf[S, lit:end], t[lit:end], buf[WS, lit:end], wt[lit:end], per_m, edge, per_rise, profile, share[lit:end]
+        buf[S, lit:end], buf[T, lit:end], buf[WS, lit:end], buf[WT, lit:end], per_m, edge, per_rise, profile, share[lit:end]
     )  # fmt: skip
     wall, frame, accent = F0, F0, F0
     for c in range(3):
@@ -143,15 +142,13 @@ def _add_sun_above(panel, n, rows, foot, entered, sun, shades, env, channels, bu
         white = np.float32(env[ENV_SUN + c] * sun / math.pi)
         if channels == 1:
             white *= np.float32(LUMA[c])
-            wall, frame, accent = (
-                wall + white * albedo,
-                frame + white * trim,
-                accent + white * np.float32(panel[30 + c]),
-            )
-            if c < 2:
-                continue
         else:
-            wall, frame, accent = white * albedo, white * trim, white * np.float32(panel[30 + c])
+            wall, frame, accent = F0, F0, F0
+        wall += white * albedo
+        frame += white * trim
+        accent += white * np.float32(panel[30 + c])
+        if channels == 1 and c < 2:
+            continue
         out = buf[COLOUR + (c if channels == 3 else 0), :end]
         add_sun(wall, frame, buf[STONE, :end], buf[TRIM, :end], share[:end], out)
         if entered and foot < end:
@@ -191,11 +188,11 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
         ws,
         wt,
     )
-    reached, crossed = sun, BOOL(False)  # by the sun as a whole; by the edge of the shade
+    reached, lit_end, sun_end = sun, n, n  # the sun shines on all of them
     if shades[0].shape[0] > 0 and sun > 0.0:
-        low, high = soft_extent(rows[0], rows[1], t, wt)
-        crossed = high > shades[2] and low < shades[3]
-        reached = sun if low >= shades[3] else 0.0
+        lit_end, sun_end = split_at_shade(rows[0], rows[1], t, wt, shades[2], shades[3])
+        reached = sun if lit_end == n else 0.0
+    crossed = lit_end < n and sun_end > 0
     foot, end = split_at_floor(rows[0], rows[1], t, wt, ground[0]) if panel[11] > 0 else (n, 0)
     if end > 0:
         curtains = np.float32((0.618034 * panel[16]) % 1.0)
@@ -234,7 +231,7 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
         if entered:
             light_accent(grey_accent, F1, accent, buf[COLOUR, foot:n])
         if crossed:
-            _add_sun_above(panel, n, rows, foot, entered, sun, shades, env, channels, buf)
+            _add_sun_above(panel, lit_end, sun_end, foot, entered, sun, shades, env, channels, buf)
         return
     lamp, head, lit = buf[LAMP, :n], buf[HEAD, :n], buf[LIT, :n]
     if night:
@@ -277,7 +274,7 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
     if channels == 1:
         to_luminance(buf[COLOUR, :n], buf[COLOUR + 1, :n], buf[COLOUR + 2, :n])
     if crossed:
-        _add_sun_above(panel, n, rows, foot, entered, sun, shades, env, channels, buf)
+        _add_sun_above(panel, lit_end, sun_end, foot, entered, sun, shades, env, channels, buf)
 
 
 @kernel

@@ -25,8 +25,7 @@ __all__ = [
     "head_row",
     "lamp_light",
     "paint_of",
-    "soft_extent",
-    "split_at",
+    "split_at_shade",
     "sunlit_above",
     "to_luminance",
 ]
@@ -75,20 +74,8 @@ def add_shine(lit, radiance, out):
 
 
 @kernel
-def soft_extent(listed, entries, t, wt):
-    """Heights between which an edge of shade shows in listed pixels: what they see, and half of the edge's penumbra."""
-    low, high, at = np.float32(math.inf), np.float32(-math.inf), 0
-    for r in range(entries):
-        last = at + listed[r, 2] - listed[r, 1] - 1
-        half = HALF * (PENUMBRA_M + max(wt[at], wt[last]))  # along a row both only grow or only fall
-        low, high = min(low, min(t[at], t[last]) - half), max(high, max(t[at], t[last]) + half)
-        at = last + 1
-    return low, high
-
-
-@kernel
-def split_at(listed, entries, t, wt, lowest, highest):
-    """Where listed pixels, from above, begin to see below the highest place of an edge of shade, and end to see above its lowest."""
+def split_at_shade(listed, entries, t, wt, lowest, highest):
+    """Where listed pixels, from above, begin to see what an edge of shade crosses, and where they see nothing above it."""
     lit, end, at = t.shape[0], 0, 0
     for r in range(entries):
         last = at + listed[r, 2] - listed[r, 1] - 1
