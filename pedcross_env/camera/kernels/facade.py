@@ -190,7 +190,18 @@ def _shade(panel, n, rows, geometry, layout, light, channels, buf, vectors):
     )
     reached, lit_end, sun_end = sun, n, n  # the sun shines on all of them
     if shades[0].shape[0] > 0 and sun > 0.0:
-        lit_end, sun_end = split_at_shade(rows[0], rows[1], t, wt, shades[2], shades[3])
+        per_m = np.float32((shades[0].shape[0] - 1) / panel[6])
+        lit_end, sun_end = split_at_shade(
+            rows[0],
+            rows[1],
+            t,
+            ws,
+            wt,
+            per_m,
+            shades[2],
+            shades[3],
+            np.float32(panel[7] / (shades[1].shape[0] - 1)),
+        )
         reached = sun if lit_end == n else 0.0
     crossed = lit_end < n and sun_end > 0
     foot, end = split_at_floor(rows[0], rows[1], t, wt, ground[0]) if panel[11] > 0 else (n, 0)
@@ -328,8 +339,7 @@ def draw_panel(
     lowest, highest = np.float32(math.inf), np.float32(-math.inf)
     for height_m in shades[0]:
         lowest, highest = min(lowest, height_m), max(highest, height_m)
-    level = np.float32(panel[7] / (shades[1].shape[0] - 1))  # the profile rises from one to the next
-    light = (env, table, lamp_maps, map_frame, optics, sun, (*shades, lowest - level, highest + level))
+    light = (env, table, lamp_maps, map_frame, optics, sun, (*shades, lowest, highest))
     upper, ground = pattern_of(panel)
     layout = (upper, ground, entrances_of(panel))
     channels = scratch[0].shape[0]

@@ -74,12 +74,16 @@ def add_shine(lit, radiance, out):
 
 
 @kernel
-def split_at_shade(listed, entries, t, wt, lowest, highest):
-    """Where listed pixels, from above, begin to see what an edge of shade crosses, and where they see nothing above it."""
+def split_at_shade(listed, entries, t, ws, wt, per_m, lowest, highest, level):
+    """Where listed pixels, from above, begin to see what an edge of shade crosses, and where they see nothing above it.
+
+    Arguments are as ``sunlit_above``'s; the edge's lowest and highest place, and from one level of the profile to the next.
+    """
     lit, end, at = t.shape[0], 0, 0
     for r in range(entries):
         last = at + listed[r, 2] - listed[r, 1] - 1
         half = HALF * (PENUMBRA_M + max(wt[at], wt[last]))
+        half += level if HALF * max(ws[at], ws[last]) * per_m > F1 else F0  # where the profile has a share
         if lit > at and min(t[at], t[last]) - half < highest:
             lit = at
         if max(t[at], t[last]) + half > lowest:

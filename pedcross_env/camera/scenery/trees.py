@@ -27,7 +27,8 @@ SUMMER = np.array(
     ]
 )
 AUTUMN = np.array([[0.20, 0.13, 0.025], [0.20, 0.10, 0.025], [0.16, 0.14, 0.03], [0.21, 0.16, 0.03]])
-BUSH_M, BUSH_HALF_M = 1.2, 0.85  # from one to the next; half as wide
+BUSH_M, BUSH_HALF_M = 1.6, 1.05  # from one to the next; half as wide
+BUSH_INSET_M = 0.7  # of the first and the last: a crown seen askew would leave the end bare
 NEEDLES = np.array([[0.035, 0.070, 0.032], [0.045, 0.075, 0.048]])
 
 
@@ -154,7 +155,7 @@ def bushes(
     """
     number = max(2, round((x1 - x0) / BUSH_M))
     plants = []
-    for x in np.linspace(x0 + BUSH_HALF_M, x1 - BUSH_HALF_M, number):
+    for x in np.linspace(x0 + BUSH_INSET_M, x1 - BUSH_INSET_M, number):
         half = 0.5 * height * rng.uniform(0.96, 1.04)
         centre = np.array([x, y + rng.uniform(-0.05, 0.05), base + half])
         texture, tone = int(rng.choice(foliage.ROUND)), rng.uniform(0.9, 1.15)
