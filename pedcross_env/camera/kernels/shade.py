@@ -8,8 +8,8 @@ from pedcross_env.camera.kernels.jit import entry, inlined, kernel
 
 __all__ = ["shade_heights", "shrink_far", "sunlit_actors", "sunlit_shares"]
 
-
-SHORT_M, NEIGHBOUR_M = 0.4, 5.0
+SHORT_M = 0.4
+NEIGHBOUR_M = 5.0  # to a wall; farther ones are across the street
 
 
 @inlined
