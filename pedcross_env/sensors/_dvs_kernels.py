@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import exact_entry, exact_kernel, inlined
+from pedcross_env.camera.kernels.jit import exact_entry, exact_inlined, exact_kernel
 from pedcross_env.sensors._dvs_maths import TILE, add_count, exp_in_place, pack
 from pedcross_env.sensors._fire_kernels import LEAK, SIGNAL, aim, fire, first_source
 
@@ -93,7 +93,7 @@ def _tally(chosen, fired, counts, top):
     return found
 
 
-@inlined
+@exact_inlined
 def _emit(found, t_ns, index, on, source, counts, keys, bits):
     if counts.shape[0] > 0:
         add_count(index, on, counts)

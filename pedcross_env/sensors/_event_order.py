@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import DTypeLike
 
-from pedcross_env.camera.kernels.jit import exact_entry, inlined
+from pedcross_env.camera.kernels.jit import exact_entry, exact_inlined
 
 __all__ = ["array_of", "in_order", "workspace", "write", "write_in_order"]
 
@@ -159,7 +159,7 @@ def _collect(
     return found
 
 
-@inlined
+@exact_inlined
 def _divider(width: int) -> tuple[np.uint64, np.uint64]:
     """What index // width = (index factor) >> shift takes, exactly for 31 bits (Granlund and Montgomery, 1994)."""
     shift = np.uint64(31)
@@ -168,7 +168,7 @@ def _divider(width: int) -> tuple[np.uint64, np.uint64]:
     return ((np.uint64(1) << shift) + np.uint64(width) - np.uint64(1)) // np.uint64(width), shift
 
 
-@inlined
+@exact_inlined
 def _write_event(
     event: np.void, key: np.uint64, bits: int, width: int, divider: tuple[np.uint64, np.uint64], t0_ns: int
 ) -> None:

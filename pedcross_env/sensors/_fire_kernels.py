@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import LANES, exact_kernel, inlined
+from pedcross_env.camera.kernels.jit import LANES, exact_inlined, exact_kernel
 
 __all__ = ["HOT", "LADDER", "LANES", "LEAK", "SHOT", "SIGNAL", "aim", "fire", "first_source"]
 
@@ -29,7 +29,7 @@ def aim(previous, frame, reference, on_step, off_step, leak_per_s, fired, dt, fi
         first[i] = (step - (start - np.float64(reference[i]))) * pace
 
 
-@inlined
+@exact_inlined
 def first_source(on, leaked, drift, on_step):
     """What a pixel's first event in an interval is put down to."""
     return LEAK if on and leaked > _ZERO and drift + leaked >= _HALF * on_step else SIGNAL

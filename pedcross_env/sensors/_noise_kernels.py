@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import exact_entry, inlined
+from pedcross_env.camera.kernels.jit import exact_entry, exact_inlined
 from pedcross_env.hashing import combine, unit
 from pedcross_env.sensors._fire_kernels import HOT, SHOT
 
@@ -18,7 +18,7 @@ __all__ = ["MOST_BY_THRESHOLD", "draw_noise"]
 MOST_BY_THRESHOLD = 2.0  # low thresholds make a pixel noisier, at most so much
 
 
-@inlined
+@exact_inlined
 def _insert(pixels, times, codes, found, first, t, index, on, source):
     """Append an event of pixel ``index``, whose events begin at ``first``, in order of time."""
     if found < pixels.size:

@@ -62,7 +62,7 @@ def _draw_cube(corners, faces, *, whole=True, channels=1, behind=True):
         *(np.zeros((HEIGHT, WIDTH), np.float32) for _ in "ab"),
     )
     spans = np.tile(np.array([1 << 30, 0], np.int32), (HEIGHT + 1, 1))
-    work = polyhedron_work(channels, WIDTH)
+    work = polyhedron_work.py_func(channels, WIDTH)
     _draw(len(faces), whole, mesh, placed, facing, colours, xs, scratch, work, spans, behind)
     assert not work[4].any(), "the work space is left as it was"
     return scratch, facing

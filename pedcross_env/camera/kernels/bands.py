@@ -44,17 +44,17 @@ def _rise(value, out):
 
 
 @kernel
-def _part(band, p, u0, inv_span, low, high, at, buf, first, marks):
+def _part(band, p, u0, inv_span, low, high, at, buf, first, lines):
     """Add the part of a band that lies between columns ``low`` and ``high``, both in pixel ``at``."""
     share = np.float32(high - low)
     t = np.float32((0.5 * (low + high) - u0) * inv_span)
     for k in range(p):
         buf[first + k, at] += share * (band[3 + k] + t * band[3 + p + k])
-    marks[at] += share * band[2]
+    buf[lines, at] += share * band[2]
 
 
 @kernel
-def fill_bands(bands, p, y0, dy, column, buf, first, marks):
+def fill_bands(bands, p, y0, dy, column, n, buf, first, lines):
     """Fill a row's pixels with their mean over the bands they see: exact, so that nothing is aliased at any distance.
 
     Args:
@@ -63,11 +63,11 @@ def fill_bands(bands, p, y0, dy, column, buf, first, marks):
         y0: y of the row's column 0.
         dy: y per column.
         column: Of the first pixel.
+        n: How many.
         buf: Work space (whole, so that its rows' slices are known to be contiguous).
         first: Its row for the first of P planes of values; 0 where no band has been yet.
-        marks: (n,) share of the pixel that lines cover, likewise.
+        lines: Its row for the share of the pixel that lines cover, likewise.
     """
-    n = marks.shape[0]
     inv = 1.0 / dy
     for j in range(bands.shape[0]):
         band = bands[j]
@@ -78,20 +78,20 @@ def fill_bands(bands, p, y0, dy, column, buf, first, marks):
         inv_span = 1.0 / (u1 - u0)
         i0, i1 = int(low), int(high)
         if i0 == i1:
-            _part(band, p, u0, inv_span, low, high, i0, buf, first, marks)
+            _part(band, p, u0, inv_span, low, high, i0, buf, first, lines)
             continue
         if low > i0:
-            _part(band, p, u0, inv_span, low, i0 + 1.0, i0, buf, first, marks)
+            _part(band, p, u0, inv_span, low, i0 + 1.0, i0, buf, first, lines)
             i0 += 1
         if high > i1:
-            _part(band, p, u0, inv_span, i1 + 0.0, high, i1, buf, first, marks)
+            _part(band, p, u0, inv_span, i1 + 0.0, high, i1, buf, first, lines)
         if i1 > i0:
             t = (i0 + 0.5 - u0) * inv_span
             for k in range(p):
                 rise = band[3 + p + k]
                 _ramp(np.float32(band[3 + k] + t * rise), np.float32(rise * inv_span), buf[first + k, i0:i1])
             if band[2] > F0:
-                fill_row(band[2], marks[i0:i1])
+                fill_row(band[2], buf[lines, i0:i1])
 
 
 @kernel

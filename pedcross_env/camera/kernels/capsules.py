@@ -21,7 +21,7 @@ MINGLE_SHARE, MINGLE_PX, MINGLE_M = 0.25, 1.0, 0.002
 MEAN_NZ = np.float32(-0.7854)  # of a cylinder's front over its width: -pi / 4
 
 
-@kernel
+@inlined
 def _span(u0, v0, q0, u1, v1, q1, row, a, b):
     """Columns of a row that the capsule can touch: its two discs and the band between them."""
     y = row + 0.5
@@ -133,7 +133,7 @@ def _radiance(light, heads, t, nx, ny, nz, cos_sun, cos_head):
     return value + (heads[0] + heads[1] * t) * cos_head
 
 
-@kernel
+@inlined
 def _under_grey(x, dy, seg, light, heads, sun, head, alpha, inverse, plane):
     for k in range(alpha.shape[0]):
         a, depth, t, nx, ny, nz, cos_sun, cos_head, _, _ = _shade(k, x, dy, seg, sun, head)
@@ -141,7 +141,7 @@ def _under_grey(x, dy, seg, light, heads, sun, head, alpha, inverse, plane):
         plane[k] += _radiance(light, heads, t, nx, ny, nz, cos_sun, cos_head) * front
 
 
-@kernel
+@inlined
 def _under_colour(x, dy, seg, light, heads, sun, head, alpha, inverse, plane0, plane1, plane2):
     for k in range(alpha.shape[0]):
         a, depth, t, nx, ny, nz, cos_sun, cos_head, _, _ = _shade(k, x, dy, seg, sun, head)
@@ -151,7 +151,7 @@ def _under_colour(x, dy, seg, light, heads, sun, head, alpha, inverse, plane0, p
         plane2[k] += _radiance(light[2], heads[2], t, nx, ny, nz, cos_sun, cos_head) * front
 
 
-@kernel
+@inlined
 def _mingle_grey(x, dy, seg, light, heads, sun, head, alpha, inverse, right, down, plane):
     thickness = seg[13]
     for k in range(alpha.shape[0]):
@@ -162,7 +162,7 @@ def _mingle_grey(x, dy, seg, light, heads, sun, head, alpha, inverse, right, dow
         plane[k] = plane[k] * back + _radiance(light, heads, t, nx, ny, nz, cos_sun, cos_head) * front
 
 
-@kernel
+@inlined
 def _mingle_colour(
     x, dy, seg, light, heads, sun, head, alpha, inverse, right, down, plane0, plane1, plane2
 ):  # fmt: skip
@@ -182,7 +182,7 @@ def _six(v):
     return v[0], v[1], v[2], v[3], v[4], v[5]
 
 
-@kernel
+@inlined
 def _fill(row, f0, f1, seg, light, heads, sun, head, planes, alpha, inverse, free):
     """Shade and unite one row; see ``draw_capsule`` and ``rows.merge_row``.
 

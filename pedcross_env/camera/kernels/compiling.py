@@ -60,7 +60,24 @@ class _NoEngine:
         """Do nothing: an entry has an environment of its own."""
 
 
-class _LinkedLibrary(JITCodeLibrary):
+class _Library(JITCodeLibrary):
+    """Code that is optimised once, as a whole, when all that it calls is linked in."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        """Tidy up functions; numba puts them, and declarations of others, through all there is, here and as a whole."""
+        ll_module.data_layout = self._codegen._data_layout
+        for function in ll_module.functions:
+            if not function.is_declaration:
+                passes, builder = self._codegen._function_pass_manager(opt=1)
+                passes.run(function, builder)
+
+    def _optimize_final_module(self) -> None:
+        """Optimise; numba does so twice, for the sake of reference counts that kernels have none of."""
+        passes, builder = self._codegen._module_pass_manager()
+        passes.run(self._final_module, builder)
+
+
+class _LinkedLibrary(_Library):
     """Code that is only linked into that of others, which is then optimised and made machine code as a whole."""
 
     def _optimize_final_module(self) -> None:
@@ -109,6 +126,9 @@ class EntryCompiler(Compiler):
     def compile_extra(self, func: Callable[..., Any]) -> Any:
         """Compile a Python function."""
         _announce()
+        if self.state.library is None:
+            self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
+            self.state.library.enable_object_caching()
         usual = gc.get_threshold()
         # what has been compiled stays: looking through it again and again was a tenth of the time
         gc.set_threshold(*usual[:2], max(usual[2], _FULL_COLLECTION_EVERY))
@@ -123,5 +143,6 @@ class KernelCompiler(EntryCompiler):
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:
         """Compile a Python function."""
+        self.state.flags.noalias = not self.state.flags.nrt  # counts of references are reached by many ways
         self.state.library = _LinkedLibrary(self.state.targetctx.codegen(), func.__qualname__)
         return super().compile_extra(func)

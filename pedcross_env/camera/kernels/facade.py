@@ -37,7 +37,7 @@ from pedcross_env.camera.kernels.facade_pattern import (
     upper_pattern,
     weigh_surfaces,
 )
-from pedcross_env.camera.kernels.jit import INT, allocating, kernel
+from pedcross_env.camera.kernels.jit import INT, kernel, workspace
 from pedcross_env.camera.kernels.lighting import ENV_BEAM, ENV_LAMP, ENV_SUN, ENV_WINDOW
 from pedcross_env.camera.kernels.polygons import (
     MAX_CORNERS,
@@ -79,13 +79,20 @@ def _slopes(direction, optics):
     return np.float32(constant), np.float32(per_column), np.float32(per_row)
 
 
-@allocating
+@workspace
 def panel_work(width):
     """Allocate what ``draw_panel`` works in."""
     return (
         np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty((4096, 3), np.int64), np.empty(2, np.int64),
         np.empty((MAX_CORNERS, 5)), np.zeros((2, width + 3), np.float32),
     )  # fmt: skip
+
+
+@kernel
+def _centres(xs, y, out_x, out_y):
+    for i in range(xs.shape[0]):
+        out_x[i] = xs[i]
+        out_y[i] = y
 
 
 @kernel
@@ -112,10 +119,7 @@ def _list_pixels(edges, sides, row, bottom, xs, rows, listed, full, buf):
         if b > a:
             listed[entries, 0], listed[entries, 1], listed[entries, 2] = row, a, b
             entries += 1
-            x, y, middle = buf[X, n : n + b - a], buf[Y, n : n + b - a], np.float32(row + 0.5)
-            for i in range(b - a):
-                x[i] = xs[a + i]
-                y[i] = middle
+            _centres(xs[a:b], np.float32(row + 0.5), buf[X, n : n + b - a], buf[Y, n : n + b - a])
             n += b - a
         row += 1
     full[0], full[1] = n, entries

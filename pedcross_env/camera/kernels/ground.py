@@ -35,7 +35,17 @@ INV_PI = np.float32(1 / math.pi)
 WHITE = np.float32(0.62)
 KERB = np.float32(0.26)  # albedo of the kerb's upright face
 LUMA_R, LUMA_G, LUMA_B = np.float32(0.2126), np.float32(0.7152), np.float32(0.0722)
-SUN, SKY, LAMP, BEAM, GRAIN, COVER, MARKS, PLANES = 3, 4, 5, 6, 7, 8, 9, 10  # rows of the work space
+SUN, SKY, LAMP, BEAM, GRAIN, COVER, MARKS, PLANES, FREE = (
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    9,
+    10,
+    22,
+)  # rows of the work space
 FAR_M = 4000.0
 
 
@@ -120,7 +130,7 @@ def _own_rest(share, free, inverse, ident, weight, depth_inverse, ids):
 def _profile(level, y0, dy, stripes, stripe_weights, weighed, covered, count, a, n, buf):
     """Fill the albedo planes, cover and marks of the road (level 0) or of what lies above the kerb."""
     cover, marks = buf[COVER, :n], buf[MARKS, :n]
-    fill_bands(weighed[level], count, y0, dy, a, buf, PLANES, marks)
+    fill_bands(weighed[level], count, y0, dy, a, n, buf, PLANES, MARKS)
     add_stripes(covered[level], 1.0, y0, dy, a, cover)
     if level == 0:
         for k in range(2):
@@ -145,9 +155,9 @@ def _row_facts(env, depth, share, facts):
 
 
 @kernel
-def _shade_row(row, a, b, n, count, free, facts, lights_on, kinds, weights, out, buf):
+def _shade_row(row, a, b, n, count, facts, lights_on, kinds, weights, out, buf):
     """Light the row's albedo and put it under the frame."""
-    marks, cover, grain, left = buf[MARKS, :n], buf[COVER, :n], buf[GRAIN, :n], free[a:b]
+    marks, cover, grain, left = buf[MARKS, :n], buf[COVER, :n], buf[GRAIN, :n], buf[FREE, a:b]
     if out.shape[0] == 1:
         for k in range(count):
             white = F0
@@ -173,8 +183,8 @@ def _shade_row(row, a, b, n, count, free, facts, lights_on, kinds, weights, out,
 
 @kernel
 def _ground_row(
-    row, y, share, rotation, camera, env, street, tables, weighed, albedo, shadows, lights, optics, xs, a, b, free, out, owners, work,
-    buf, owner,
+    row, y, share, rotation, camera, env, street, tables, weighed, albedo, shadows, lights, optics, xs, a, b, out, owners, work, buf,
+    owner,
 ):  # fmt: skip
     """Ground between columns a and b of one row."""
     focal, cx, cy = optics
@@ -228,12 +238,12 @@ def _ground_row(
         if abs(dy) > 1e-9:
             _profile(level, y0, dy, stripes, along, weighed, covered, count, a, n, buf)
     _row_facts(env, depth, share, facts)
-    _shade_row(row, a, b, n, count, free, facts, lights_on, kinds, weights, out, buf)
+    _shade_row(row, a, b, n, count, facts, lights_on, kinds, weights, out, buf)
     if owners:
         weight, depth_inverse, ids = owner
         _own_rest(
             share,
-            free[a:b],
+            buf[FREE, a:b],
             np.float32(1.0 / depth),
             INT(-1),
             weight[row, a:b],
@@ -335,7 +345,7 @@ def draw_ground_and_sky(
     focal, _, cy = optics
     horizon = cy - focal * rotation[2, 2] / rotation[1, 2]  # rows below it look down
     owner = (weight, depth_inverse, ids)
-    free = buf[22]
+    free = buf[FREE]
     count = 3
     if out.shape[0] == 1:
         count = _active_lights(env, kinds, weights)
@@ -363,8 +373,8 @@ def draw_ground_and_sky(
         if b > a and share > 0:
             y = 0.5 * (max(horizon, row + 0.0) + row + 1.0)
             _ground_row(
-                row, y, share, rotation, camera, env, street, tables, weighed, albedo, shadows, lights, optics, xs, a, b, free, out,
-                owners, (along, line, facts), buf, owner,
+                row, y, share, rotation, camera, env, street, tables, weighed, albedo, shadows, lights, optics, xs, a, b, out, owners,
+                (along, line, facts), buf, owner,
             )  # fmt: skip
         if b > a and share < 1:
             y = 0.5 * (min(horizon, row + 1.0) + row)

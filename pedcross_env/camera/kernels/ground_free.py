@@ -257,21 +257,22 @@ def _sky_colour(sine, env, c, out):
 
 
 @kernel
-def _sky_row(row, yn, rotation, env, optics, xs, a, b, free, frame, buf):
+def _sky_row(row, yn, rotation, env, optics, xs, a, b, frame, buf):
     """Sky between columns a and b: a gradient over elevation, veiled near the horizon where there is fog."""
     out, weight, depth_inverse, ids = frame
     share, sine, colour = buf[SHARE, a:b], buf[PASSED, : b - a], buf[RADIANCE, : b - a]
+    free = buf[FREE, a:b]
     _sine_row(rotation, yn, optics, xs, a, sine)
     for c in range(3):
         _sky_colour(sine, env, c, colour)
         target, gain = (c, F1) if out.shape[0] == 3 else (0, np.float32((0.2126, 0.7152, 0.0722)[c]))
-        _over_horizon(colour, share, free[a:b], gain, out[target, row, a:b])
-    _own_sky(share, free[a:b], weight[row, a:b], depth_inverse[row, a:b], ids[row, a:b])
+        _over_horizon(colour, share, free, gain, out[target, row, a:b])
+    _own_sky(share, free, weight[row, a:b], depth_inverse[row, a:b], ids[row, a:b])
 
 
 @kernel
 def _ground_row(
-    row, yn, camera, env, layout, tables, shadows, bounds, lights, optics, xs, a, b, free, frame, works, buf
+    row, yn, camera, env, layout, tables, shadows, bounds, lights, optics, xs, a, b, frame, works, buf
 ):
     """Ground between columns a and b of a row that ``_place_row`` has placed."""
     out, weight, depth_inverse, ids = frame
@@ -284,7 +285,7 @@ def _ground_row(
         _light_row(lights, env, yn, optics, xs, a, b, buf)
     lower = max(0.02, 1.0 - layout[1] / camera[2])  # the kerb's plane seen from the same place
     work, street = works
-    n = b - a
+    n, free = b - a, buf[FREE]
     place_on_street(buf[X : YV + 1, a:b], layout, street[:, :n])
     grain_of_row(tables[3], layout[6], street[:, :n], free[a:b], buf[GRAIN, a:b])
     for i in range(a, b):
@@ -367,10 +368,9 @@ def draw_ground_and_sky_freely(
                 xs,
                 a,
                 b,
-                free,
                 rest,
                 works,
                 buf,
             )
         if least < F1:
-            _sky_row(row, yn, rotation, env, optics, xs, a, b, free, rest, buf)
+            _sky_row(row, yn, rotation, env, optics, xs, a, b, rest, buf)

@@ -5,9 +5,15 @@ somebody's rule bit for bit and fuse nothing.
 A kernel only works in arrays it is given. Telling numba so (``_nrt=False``) makes row slices free; counted, they cost a fifth
 of a frame.
 
-Two things make a first start short. Only what Python calls gets the code that unpacks Python's arguments, and a place in the cache:
-most kernels are called by others and are compiled into them. And a kernel is compiled once per type of its arguments, where
-numba takes the literal 3 for a type of its own: pass ``INT(3)``, and let counters start from ``INT(0)``.
+Fortran's rule holds for kernels: memory that one writes is reached by one of its arguments alone. Believing it, the compiler need
+not find out with every row whether ten planes overlap, nor give up vectors where it cannot: a tenth of a frame. So loops take
+rows, not the planes or the work space they are rows of. A test runs all kernels in Python and watches the rule. Entries do without
+it: what Python gives them is the caller's matter.
+
+Three things make a first start short. Only what Python calls gets the code that unpacks Python's arguments, and a place in the
+cache: most kernels are called by others and are compiled into them. A kernel is compiled once per type of its arguments, where
+numba takes the literal 3 for a type of its own: pass ``INT(3)``, and let counters start from ``INT(0)``. And arrays are copied by
+loops: numba needs seconds for the general case behind ``a[:] = b``.
 """
 
 from __future__ import annotations
@@ -20,7 +26,19 @@ from numba import njit
 
 from pedcross_env.camera.kernels.compiling import EntryCompiler, KernelCompiler, follow_all_kernels
 
-__all__ = ["BOOL", "INT", "LANES", "allocating", "entry", "exact_entry", "exact_kernel", "inlined", "kernel"]
+__all__ = [
+    "BOOL",
+    "INT",
+    "LANES",
+    "allocating",
+    "entry",
+    "exact_entry",
+    "exact_inlined",
+    "exact_kernel",
+    "inlined",
+    "kernel",
+    "workspace",
+]
 
 INT = np.int64
 """Makes an integer of one type of a literal."""
@@ -45,7 +63,7 @@ def exact_entry(function: Callable[..., Any]) -> Any:
 
 
 def allocating(function: Callable[..., Any]) -> Any:
-    """Compile a function that allocates, for Python and for other functions that do; cached."""
+    """Compile a function that allocates and that Python may call; cached."""
     return _entry(function, _FUSED, allocates=True)
 
 
@@ -60,22 +78,35 @@ def exact_kernel(function: Callable[..., Any]) -> Any:
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a small function into each of its callers' loops, by their rules."""
-    return njit(error_model="numpy", inline="always")(function)
+    """Compile like ``kernel`` into each place that calls it, however long it is.
+
+    For what is called per pixel, and for loops over short rows: a call with ten arrays costs as much as thirty pixels.
+    """
+    return _kernel(function, _FUSED, forceinline=True)
+
+
+def exact_inlined(function: Callable[..., Any]) -> Any:
+    """Compile like ``inlined``, every product and sum rounded as written."""
+    return _kernel(function, False, forceinline=True)
+
+
+def workspace(function: Callable[..., Any]) -> Any:
+    """Compile a function that allocates, or reshapes, into the ``allocating`` entries that call it."""
+    return _kernel(function, _FUSED, allocates=True)
 
 
 def _entry(function: Callable[..., Any], fused: Any, *, allocates: bool = False) -> Any:
-    more = {} if allocates else {"_nrt": False}
-    dispatcher = njit(cache=True, fastmath=fused, error_model="numpy", pipeline_class=EntryCompiler, **more)(
-        function
-    )
+    dispatcher = _compiled(function, fused, allocates, cache=True, pipeline_class=EntryCompiler)
     return follow_all_kernels(dispatcher)
 
 
-def _kernel(function: Callable[..., Any], fused: Any) -> Any:
-    dispatcher = njit(
-        fastmath=fused, error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=KernelCompiler,
-    )(function)  # fmt: skip
+def _kernel(
+    function: Callable[..., Any], fused: Any, *, allocates: bool = False, forceinline: bool = False
+) -> Any:
+    dispatcher = _compiled(
+        function, fused, allocates, forceinline=forceinline, pipeline_class=KernelCompiler,
+        no_cpython_wrapper=True, no_cfunc_wrapper=True,
+    )  # fmt: skip
 
     def refuse(*args: Any, **kwargs: Any) -> None:
         raise TypeError(
@@ -87,3 +118,8 @@ def _kernel(function: Callable[..., Any], fused: Any) -> Any:
     dispatcher._insert = lambda *args, **kwargs: None
     dispatcher._compile_for_args = refuse
     return dispatcher
+
+
+def _compiled(function: Callable[..., Any], fused: Any, allocates: bool, **options: Any) -> Any:
+    counted = {} if allocates else {"_nrt": False}
+    return njit(error_model="numpy", fastmath=fused, **counted, **options)(function)

@@ -9,7 +9,7 @@ import numpy as np
 from pedcross_env.camera.kernels.capsules import draw_capsule
 from pedcross_env.camera.kernels.crown import draw_crown
 from pedcross_env.camera.kernels.facade import draw_panel, panel_work
-from pedcross_env.camera.kernels.jit import BOOL, INT, LANES, allocating, kernel
+from pedcross_env.camera.kernels.jit import BOOL, INT, LANES, allocating, kernel, workspace
 from pedcross_env.camera.kernels.lighting import (
     ENV_AIR,
     ENV_BEAM_POSITION,
@@ -56,7 +56,9 @@ def _to_camera(rotation, camera, x, y, z, out):
 
 
 @kernel
-def _capsule_lit(p0, p1, r0, r1, albedo, shine, env, lamps, beams, table, optics, size, scratch, work, spans):
+def _capsule_lit(
+    p0, p1, r0, r1, albedo, shine, env, lamps, beams, table, optics, size, scratch, free, work, spans
+):  # fmt: skip
     """Light one capsule at its middle (the ego's beam at both ends) and draw it."""
     middle, field, light, heads, sun, head, seg = work
     channels = light.shape[0]
@@ -85,13 +87,10 @@ def _capsule_lit(p0, p1, r0, r1, albedo, shine, env, lamps, beams, table, optics
         away += (env[ENV_BEAM_POSITION + k] - middle[k]) ** 2
     for k in range(3):
         head[k] = (env[ENV_BEAM_POSITION + k] - middle[k]) / math.sqrt(away)
-    # strictly front to back: coverage stands for what is not touched
-    draw_capsule(
-        p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, (scratch[1], scratch[1]), seg, spans
-    )
+    draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, free, seg, spans)
 
 
-@allocating
+@workspace
 def _capsule_work(channels):
     """Allocate what ``_capsule_lit`` works in."""
     return (
@@ -135,6 +134,7 @@ def _draw_group(
     optics,
     size,
     scratch,
+    free,
     work,
     bones,
     spans,
@@ -163,7 +163,8 @@ def _draw_group(
         _to_camera(rotation, camera, s[3], s[4], s[5], ends[1])
         shine = 9000.0 if s[11] > 0 else 0.0
         _capsule_lit(
-            ends[0], ends[1], s[6], s[7], s[8:11], shine, env, lamps, beams, table, optics, size, scratch, work, spans,
+            ends[0], ends[1], s[6], s[7], s[8:11], shine, env, lamps, beams, table, optics, size, scratch, free, work,
+            spans,
         )  # fmt: skip
     seg[10] = 0.0
 
@@ -321,10 +322,12 @@ def draw_scene(
         if window[2] * window[3] == 0 or (k < n and idents[k, 1] == ROOF_KIND):
             continue
         planes, view, extent = look_through(window, scratch, channels, optics)
+        sides = plane_of(window, free[0]), plane_of(window, free[1])
         _shine(env, sun, sunlit[0][k] if k < n else sunlit[1][k - n])
         if k >= n:
             _draw_group(
-                groups[k - n], capsules, maps[2], rotation, camera, env, lamps, beams, table, view, extent, planes, work, bones, spans,
+                groups[k - n], capsules, maps[2], rotation, camera, env, lamps, beams, table, view, extent, planes,
+                sides, work, bones, spans,
             )  # fmt: skip
         elif idents[k, 1] == 1:
             draw_vehicle(
@@ -334,7 +337,7 @@ def draw_scene(
         else:
             draw_pedestrian(
                 actors[k], builds[k], bodies[k], rotation, camera, env, lamps, beams, table, view, extent, planes,
-                (plane_of(window, free[0]), plane_of(window, free[1])), work, people, spans,
+                sides, work, people, spans,
             )  # fmt: skip
         ident = idents[k, 0] if k < n else INT(groups[k - n, 6])
         _put(planes, window, spans, ident, env, air, frame, owners, buf)

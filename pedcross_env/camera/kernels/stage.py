@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import allocating, kernel
+from pedcross_env.camera.kernels.jit import allocating, kernel, workspace
 from pedcross_env.camera.kernels.shade import shrink_far, sunlit_actors
 from pedcross_env.camera.kernels.shadows import cast_shadows
 from pedcross_env.contracts import ACTOR_DTYPE
@@ -56,7 +56,7 @@ def _look_alike(records, shown):
     return True
 
 
-@allocating
+@workspace
 def _numbers_of(record, out):
     """Fill a row of NUMBERS: all but three lie side by side in a record, the speed where NUMBERS has the model."""
     side_by_side = record[PLACE:BRAKE_END].view(np.float64)
@@ -94,7 +94,9 @@ def set_stage(records, shown, furniture, fading, camera, sunlight, everyone, cas
     n = everybody.shape[0] - 1
     for i in range(n + 1):
         _numbers_of(records[i * SIZE : (i + 1) * SIZE], everybody[i])
-    numbers[:n] = everybody[:n]
+    for i in range(n):
+        for k in range(everybody.shape[1]):
+            numbers[i, k] = everybody[i, k]
     shrink_far(furniture, lasting, camera, range_m, fade_m, numbers[n:])
     sunlit_actors(walls, sun, numbers, sunlit[:n])
     return cast_shadows(everybody, kinds, builds, shear, sunny, polygons, info, houses, capsules, trees)

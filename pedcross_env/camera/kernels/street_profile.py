@@ -172,10 +172,10 @@ def _crossing_low(s, d, su, sv, du, dv, layout, tables, work):
     side = 1.0 - _within(-reach_d, reach_d, d, width_d)
     if main > 0.0:
         _mean_across(low, layout[4], layout[5], d, width_d, work[8:16])
-        _add_street(main, s, width_s, work[8:16], along, layout[2], layout[3], work)
+        _add_street(main, s, width_s, work[8:16], along, layout[2], layout[3], work[:8])
     if side > 0.0:
         _mean_across(side_low, layout[L_SIDE + 1], layout[5], middle - s, width_s, work[8:16])
-        _add_street(side, d, width_d, work[8:16], side_along, layout[L_SIDE], layout[3], work)
+        _add_street(side, d, width_d, work[8:16], side_along, layout[L_SIDE], layout[3], work[:8])
     between = (1.0 - main) * (1.0 - side)
     if between > 0.0:
         beyond, over_d, over_s = _beyond_kerb(s, d, layout)
@@ -266,7 +266,7 @@ def ground_at(x, y, xu, xv, yu, yv, street, i, camera, lower, layout, tables, wo
         _crossing_low(s, d, street[2, i], street[3, i], street[4, i], street[5, i], layout, tables, work)
     elif abs(d) - 0.5 * street[7, i] < kerb:
         _mean_across(low, layout[4], layout[5], d, street[7, i], work[8:16])
-        _add_street(1.0, s, street[6, i], work[8:16], along, layout[2], layout[3], work)
+        _add_street(1.0, s, street[6, i], work[8:16], along, layout[2], layout[3], work[:8])
     # sidewalks, on the kerb's plane
     s, d, tx, ty, stretch = _street_place(
         camera[0] + lower * (x - camera[0]), camera[1] + lower * (y - camera[1]), layout
