@@ -12,7 +12,8 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
-from numba.core.codegen import JITCodeLibrary
+from numba.core import config
+from numba.core.codegen import JITCodeLibrary, ll
 from numba.core.compiler import Compiler, Flags
 
 from pedcross_env.source import source_digest
@@ -72,8 +73,16 @@ class _Library(JITCodeLibrary):
                 passes.run(function, builder)
 
     def _optimize_final_module(self) -> None:
-        """Optimise; numba does so twice, for the sake of reference counts that kernels have none of."""
-        passes, builder = self._codegen._module_pass_manager()
+        """Optimise; numba does so twice, for the sake of reference counts that kernels have none of.
+
+        Loops take one vector at a time, not the usual four: most rows are shorter.
+        """
+        options = ll.create_pipeline_tuning_options(speed_level=int(config.OPT))
+        options.loop_vectorization, options.slp_vectorization = config.LOOP_VECTORIZE, config.SLP_VECTORIZE
+        options.loop_interleaving = False
+        builder = ll.create_pass_builder(self._codegen._tm, options)
+        passes = builder.getModulePassManager()
+        passes.add_refprune_pass()
         passes.run(self._final_module, builder)
 
 
