@@ -106,9 +106,8 @@ def cases() -> list[dict[str, Any]]:
     from pedcross_env.weather import Weather
 
     dark = {"sun_altitude_deg": -30.0, "street_lamps": True, "headlights": True, "cloudiness": 0.0}
-    rain = Weather(
-        rain_mm_h=50.0, wetness=1.0, water_film_mm=1.0, headlights=True, cloudiness=0.0
-    )  # clouds take long
+    wet = {"rain_mm_h": 50.0, "wetness": 1.0, "water_film_mm": 1.0}
+    rain = Weather(**wet, headlights=True, cloudiness=0.0)  # few clouds: in Python they take long
     return [
         {"weather": (Weather(cloudiness=0.0),), "traffic": behaving(cyclist=1.0),
          "dvs": {"max_subframes": 10, "max_flow_px": 0.1, "shot_hz": 300.0}},

@@ -37,7 +37,7 @@ from pedcross_env.camera.kernels.facade_pattern import (
     upper_pattern,
     weigh_surfaces,
 )
-from pedcross_env.camera.kernels.jit import INT, kernel, workspace
+from pedcross_env.camera.kernels.jit import INT, allocating_kernel, kernel
 from pedcross_env.camera.kernels.lighting import ENV_BEAM, ENV_LAMP, ENV_SUN, ENV_WINDOW
 from pedcross_env.camera.kernels.polygons import (
     MAX_CORNERS,
@@ -79,7 +79,7 @@ def _slopes(direction, optics):
     return np.float32(constant), np.float32(per_column), np.float32(per_row)
 
 
-@workspace
+@allocating_kernel
 def panel_work(width):
     """Allocate what ``draw_panel`` works in."""
     return (

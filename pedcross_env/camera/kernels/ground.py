@@ -35,17 +35,8 @@ INV_PI = np.float32(1 / math.pi)
 WHITE = np.float32(0.62)
 KERB = np.float32(0.26)  # albedo of the kerb's upright face
 LUMA_R, LUMA_G, LUMA_B = np.float32(0.2126), np.float32(0.7152), np.float32(0.0722)
-SUN, SKY, LAMP, BEAM, GRAIN, COVER, MARKS, PLANES, FREE = (
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-    10,
-    22,
-)  # rows of the work space
+SUN, SKY, LAMP, BEAM, GRAIN, COVER, MARKS, PLANES = 3, 4, 5, 6, 7, 8, 9, 10  # rows of the work space
+FREE = 22  # one more: the share of each pixel that objects left over
 FAR_M = 4000.0
 
 

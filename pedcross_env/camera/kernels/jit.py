@@ -31,13 +31,13 @@ __all__ = [
     "INT",
     "LANES",
     "allocating",
+    "allocating_kernel",
     "entry",
     "exact_entry",
     "exact_inlined",
     "exact_kernel",
     "inlined",
     "kernel",
-    "workspace",
 ]
 
 INT = np.int64
@@ -67,6 +67,11 @@ def allocating(function: Callable[..., Any]) -> Any:
     return _entry(function, _FUSED, allocates=True)
 
 
+def allocating_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function that allocates or reshapes into the ``allocating`` entries that call it."""
+    return _kernel(function, _FUSED, allocates=True)
+
+
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function that allocates nothing into the entries that call it; a call from Python is a TypeError."""
     return _kernel(function, _FUSED)
@@ -88,11 +93,6 @@ def inlined(function: Callable[..., Any]) -> Any:
 def exact_inlined(function: Callable[..., Any]) -> Any:
     """Compile like ``inlined``, every product and sum rounded as written."""
     return _kernel(function, False, forceinline=True)
-
-
-def workspace(function: Callable[..., Any]) -> Any:
-    """Compile a function that allocates, or reshapes, into the ``allocating`` entries that call it."""
-    return _kernel(function, _FUSED, allocates=True)
 
 
 def _entry(function: Callable[..., Any], fused: Any, *, allocates: bool = False) -> Any:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pedcross_env.camera.kernels.capsules import draw_capsule
-from pedcross_env.camera.kernels.jit import INT, entry, kernel, workspace
+from pedcross_env.camera.kernels.jit import INT, allocating_kernel, entry, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM_POSITION,
     ENV_BEAM_TINT,
@@ -29,7 +29,7 @@ LUMA_R, LUMA_G, LUMA_B = 0.2126, 0.7152, 0.0722
 FEET_Z, HEAD_Z = 0.1, 0.9
 
 
-@workspace
+@allocating_kernel
 def people_work():
     """Allocate what ``draw_pedestrian`` works in."""
     return (

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import INT, inlined, kernel, workspace
+from pedcross_env.camera.kernels.jit import INT, allocating_kernel, inlined, kernel
 from pedcross_env.camera.kernels.polygons import (
     MAX_CORNERS,
     NEAR_M,
@@ -33,7 +33,7 @@ STEPS, COVER, INVERSE, SLOPE, COLOUR = 0, 1, 2, 3, 4  # planes of the work space
 TOP, BOTTOM, AT, LEAN, COVERS, PLANE, COLOURS = 0, 1, 2, 3, 4, 5, 8
 
 
-@workspace
+@allocating_kernel
 def polyhedron_work(channels, width):
     """Allocate what ``draw_polyhedron`` works in."""
     return (

@@ -9,7 +9,7 @@ import numpy as np
 from pedcross_env.camera.kernels.capsules import draw_capsule
 from pedcross_env.camera.kernels.crown import draw_crown
 from pedcross_env.camera.kernels.facade import draw_panel, panel_work
-from pedcross_env.camera.kernels.jit import BOOL, INT, LANES, allocating, kernel, workspace
+from pedcross_env.camera.kernels.jit import BOOL, INT, LANES, allocating, allocating_kernel, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_AIR,
     ENV_BEAM_POSITION,
@@ -90,7 +90,7 @@ def _capsule_lit(
     draw_capsule(p0, p1, r0, r1, light, heads, sun, head, optics, size, scratch, free, seg, spans)
 
 
-@workspace
+@allocating_kernel
 def _capsule_work(channels):
     """Allocate what ``_capsule_lit`` works in."""
     return (

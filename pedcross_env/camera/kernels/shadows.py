@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import INT, entry, kernel, workspace
+from pedcross_env.camera.kernels.jit import INT, allocating_kernel, entry, kernel
 from pedcross_env.camera.kernels.pose import FRAMES, pose_body
 
 __all__ = ["CAPSULES_PER_ACTOR", "MAX_EDGES", "POLYGONS_PER_ACTOR", "cast_shadows", "shadow_bounds"]
@@ -66,7 +66,7 @@ def hull_2d(points, count, order, out):
     return n - 1
 
 
-@workspace
+@allocating_kernel
 def _vehicle(actor, shear, sunny, polygons, info, at):
     c, s = math.cos(actor[3]), math.sin(actor[3])
     points, ring, order = np.empty((12, 2)), np.empty((26, 2)), np.empty(12, np.int64)
@@ -100,7 +100,7 @@ def _vehicle(actor, shear, sunny, polygons, info, at):
     return at
 
 
-@workspace
+@allocating_kernel
 def _pedestrian(actor, build, shear, sunny, capsules, at):
     c, s = math.cos(actor[3]), math.sin(actor[3])
     h = actor[8]
@@ -126,7 +126,7 @@ def _pedestrian(actor, build, shear, sunny, capsules, at):
     return at
 
 
-@workspace
+@allocating_kernel
 def cast_shadows(actors, kinds, builds, shear, sunny, polygons, info, count, capsules, capsule_count):
     """Fill the shadow tables that kernels.ground reads; return the numbers of polygons and capsules.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import allocating, kernel, workspace
+from pedcross_env.camera.kernels.jit import allocating, allocating_kernel, kernel
 from pedcross_env.camera.kernels.shade import shrink_far, sunlit_actors
 from pedcross_env.camera.kernels.shadows import cast_shadows
 from pedcross_env.contracts import ACTOR_DTYPE
@@ -56,7 +56,7 @@ def _look_alike(records, shown):
     return True
 
 
-@workspace
+@allocating_kernel
 def _numbers_of(record, out):
     """Fill a row of NUMBERS: all but three lie side by side in a record, the speed where NUMBERS has the model."""
     side_by_side = record[PLACE:BRAKE_END].view(np.float64)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import BOOL, kernel, workspace
+from pedcross_env.camera.kernels.jit import BOOL, allocating_kernel, kernel
 from pedcross_env.camera.kernels.lighting import (
     ENV_BEAM_TINT,
     ENV_BETA,
@@ -23,7 +23,7 @@ __all__ = ["draw_vehicle", "vehicle_work"]
 LUMA_R, LUMA_G, LUMA_B = 0.2126, 0.7152, 0.0722
 
 
-@workspace
+@allocating_kernel
 def vehicle_work(points, faces, channels):
     """Allocate what ``draw_vehicle`` works in: a model's corners and which are placed, its faces' planes and colours, vectors."""
     return (

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pedcross_env.camera.kernels.jit import INT, inlined, kernel, workspace
+from pedcross_env.camera.kernels.jit import INT, allocating_kernel, inlined, kernel
 from pedcross_env.camera.kernels.polygons import project_clipped
 
 __all__ = ["MAX_PARTS", "move_outlines", "outline_walls", "visible_parts", "visible_work"]
@@ -19,7 +19,7 @@ OVERLAP_M = 0.3  # of houses in two layers
 LEAST_PX2 = 1e-9  # smaller parts are rounding
 
 
-@workspace
+@allocating_kernel
 def visible_work(walls):
     """Allocate outlines (corners, their number, bounds, which are seen at all) and the parts of one wall (corners, their number)."""
     return (

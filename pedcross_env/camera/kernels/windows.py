@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from pedcross_env.camera.kernels.jit import LANES, kernel, workspace
+from pedcross_env.camera.kernels.jit import LANES, allocating_kernel, kernel
 from pedcross_env.camera.kernels.polygons import NEAR_M
 
 __all__ = ["houses_window", "look_through", "plane_of", "store", "visible", "window_of"]
@@ -52,7 +52,7 @@ def _reach(across, ahead, radius, focal, middle, extent):
     return int(first), int(math.ceil(last))
 
 
-@workspace
+@allocating_kernel
 def look_through(window, planes, channels, optics):
     """Scratch planes, optics and size of a window: objects are drawn in its coordinates.
 
@@ -69,7 +69,7 @@ def look_through(window, planes, channels, optics):
     return scratch, (focal, cx - left, cy - top), (rows, columns)
 
 
-@workspace
+@allocating_kernel
 def plane_of(window, plane):
     """One more plane of a window's size."""
     return plane[: window[2] * window[3]].reshape((window[2], window[3]))
